@@ -1,0 +1,1 @@
+//! A CPU path tracer for curvature-baked meshes.

@@ -1,0 +1,1 @@
+//! Neural Silhouette BTF.
