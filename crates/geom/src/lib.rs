@@ -14,9 +14,11 @@
 //! |---|---|
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
+//! | [`shapes`] | parametric surfaces for tests, studies and scenes |
 
 pub mod curvature;
 pub mod mesh;
+pub mod shapes;
 
 pub use mesh::{Material, Mesh, MeshError, Part};
 
