@@ -4,13 +4,12 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
+use super::libigl_normals::libigl_vertex_normals;
 use super::moments::Points;
 use super::walker::Walker;
 use super::{CurvatureOptions, Method, OptionsError, Status, VertexCurvature, libigl, quadric};
 use crate::Vec3;
-use crate::mesh::{
-    Adjacency, Link, Surface, angle_weighted_normals, area_weighted_normals, triangle_normal, vertex_link,
-};
+use crate::mesh::{Adjacency, Link, Surface, angle_weighted_normals, triangle_normal, vertex_link};
 
 /// Estimates principal curvature at every vertex of a surface; entry `i` belongs to surface vertex `i`.
 ///
@@ -73,11 +72,10 @@ impl<'a> Prepared<'a> {
         let (positions, triangles) = (surface.positions(), surface.triangles());
         let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
         let normals = match options.method {
-            Method::Libigl => area_weighted_normals(positions, triangles, &incident),
-            Method::Quadric => angle_weighted_normals(positions, triangles, &incident),
+            Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),
+            Method::Quadric => usable_normals(positions, triangles, &incident),
         };
         let status = vertex_status(positions, triangles, &incident);
-        let normals = usable_normals(normals, positions, triangles, &incident, options.method);
         let ring = Adjacency::vertices_of_vertices(triangles, &incident);
         Self {
             positions,
@@ -127,22 +125,14 @@ fn vertex_status(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacenc
         .collect()
 }
 
-/// Vertex normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the first
-/// incident triangle that has one. libigl goes on with a zero vector there, so its estimator does, too.
-fn usable_normals(
-    normals: Vec<Option<Vec3>>,
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    incident: &Adjacency,
-    method: Method,
-) -> Vec<Vec3> {
+/// Angle-weighted normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the
+/// first incident triangle that has one. Zero where there is none.
+fn usable_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
     let stand_in = |vertex: usize| {
         let mut incident = incident.row(vertex).iter();
         incident.find_map(|&t| triangle_normal(triangles[t as usize].map(|v| positions[v as usize])))
     };
-    let usable = |(vertex, normal): (usize, Option<Vec3>)| match method {
-        Method::Libigl => normal.unwrap_or_else(Vec3::zeros),
-        Method::Quadric => normal.or_else(|| stand_in(vertex)).unwrap_or_else(Vec3::zeros),
-    };
-    normals.into_iter().enumerate().map(usable).collect()
+    let normals = angle_weighted_normals(positions, triangles, incident);
+    let usable = |(vertex, normal): (usize, Option<Vec3>)| normal.or_else(|| stand_in(vertex));
+    normals.into_iter().enumerate().map(|n| usable(n).unwrap_or_else(Vec3::zeros)).collect()
 }

@@ -85,7 +85,7 @@ fn frame(prepared: &Prepared<'_>, vertex: usize) -> Option<Frame> {
 /// The members that the projection-plane rule keeps, in units of the farthest distance, which is returned.
 fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut Scratch<'_>) -> Option<f64> {
     let members = scratch.walker.members();
-    let facing = |&&member: &&u32| prepared.normals[member as usize].dot(&frame.n) > 0.0;
+    let facing = |&&member: &&u32| dot(&prepared.normals[member as usize], &frame.n) > 0.0;
     let facing_count = members.iter().filter(facing).count();
     let keep_all = facing_count < LEAST_MEMBERS;
     let origin = prepared.positions[vertex];
@@ -101,6 +101,11 @@ fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut 
         points.push(local.dot(&frame.t), local.dot(&frame.s), local.dot(&frame.n), 1.0);
     }
     Some(largest)
+}
+
+/// Summed in coordinate order, as in [`libigl_normals`](super::libigl_normals).
+fn dot(a: &Vec3, b: &Vec3) -> f64 {
+    a.x * b.x + a.y * b.y + a.z * b.z
 }
 
 /// Coefficients in units of `length`.

@@ -2,6 +2,7 @@
 
 mod estimate;
 mod libigl;
+mod libigl_normals;
 mod moments;
 mod options;
 mod principal;
