@@ -14,9 +14,11 @@
 //! |---|---|
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
+//! | [`field`] | curvature between the vertices, along rays, and its minimum past a point |
 //! | [`shapes`] | parametric surfaces for tests, studies and scenes |
 
 pub mod curvature;
+pub mod field;
 pub mod mesh;
 pub mod shapes;
 
