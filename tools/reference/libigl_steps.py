@@ -4,10 +4,18 @@ libigl returns curvatures but not how well-posed each fit was. This module repea
 its steps (neighbourhood, projection-plane check, frame, design matrix) to give the
 2-norm condition number of every vertex's least-squares problem, so that a comparison
 can state which vertices are decided by rounding. `curvatures` finishes the
-computation, which checks that the steps are the ones libigl takes.
+computation, which checks that the steps are the ones libigl takes: it agrees with libigl 2.6.3 to
+5e-13 of |kappa| + 1/diagonal on every recorded mesh and on turned CAD parts.
+
+Some sums are taken in libigl's order, since a comparison hangs on their last bit: face normals, areas
+and vertex normals (left to right, face by face), the product of two vertex normals that the
+projection-plane check compares with zero (left to right), and distances in sphere mode (x + (y + z), as
+Eigen unrolls a fixed-size sum). With any other order, hundreds of vertices of a part with right
+angles come out with other members, and curvatures that differ by 100 %.
 """
 
 import heapq
+import math
 
 import numpy as np
 
@@ -24,21 +32,31 @@ def adjacency(n, faces):
 
 
 def vertex_normals(V, F):
-    """Area-weighted unit normals, with libigl's Kahan-Heron area; zero where undefined."""
-    e1, e2 = V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]
-    normal = np.cross(e1, e2)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    sides = np.linalg.norm(V[F[:, [1, 2, 0]]] - V[F[:, [2, 0, 1]]], axis=2)
-    c, b, a = np.sort(sides, axis=1).T
-    with np.errstate(invalid="ignore"):
-        area = 2 * 0.25 * np.sqrt((a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c)))
-    weighted = normal * np.nan_to_num(area)[:, None]
-    total = np.zeros_like(V)
-    for corner in range(3):
-        np.add.at(total, F[:, corner], weighted)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+    """Area-weighted unit normals, the same bits as libigl's; zero where no area adds up.
+
+    The bits matter: on parts with right angles the sign of the product of two normals, which the
+    projection-plane check asks for, hangs on the last one.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normal = cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])
+        length = norm(normal)
+        normal = np.where(length > 0, normal / length, 0)
+        r, s = V[F[:, 0]] - V[F[:, 2]], V[F[:, 1]] - V[F[:, 2]]
+        area = norm(np.column_stack([r[:, d] * s[:, d - 2] - r[:, d - 2] * s[:, d] for d in range(3)]))
+        total = np.zeros_like(V)
+        np.add.at(total, F.ravel(), np.repeat(normal * area, 3, axis=0))  # face by face, in order
+        length = norm(total)
+        return np.where(length > 0, total / length, 0)
+
+
+def cross(a, b):
+    """Row-wise cross product, evaluated as written."""
+    return np.column_stack([a[:, d - 2] * b[:, d - 1] - a[:, d - 1] * b[:, d - 2] for d in range(3)])
+
+
+def norm(a):
+    """Row-wise length as a column, summed from left to right."""
+    return np.sqrt((a[:, :1] * a[:, :1] + a[:, 1:2] * a[:, 1:2]) + a[:, 2:] * a[:, 2:])
 
 
 def ring(adj, i, radius):
@@ -59,7 +77,7 @@ def ball(adj, V, i, rho):
             if w in seen:
                 continue
             seen.add(w)
-            distance = np.sqrt(((V[w] - V[i]) ** 2).sum())
+            distance = gap(V[i], V[w])
             if distance < rho:
                 queue.append(w)
             elif len(members) < MIN_MEMBERS:
@@ -70,14 +88,21 @@ def ball(adj, V, i, rho):
         for w in adj[v]:
             if w not in seen:
                 seen.add(w)
-                heapq.heappush(spare, (np.sqrt(((V[w] - V[i]) ** 2).sum()), w))
+                heapq.heappush(spare, (gap(V[i], V[w]), w))
     return members
+
+
+def gap(a, b):
+    """Distance of two points, summed in the order that Eigen unrolls."""
+    x, y, z = a - b
+    return math.sqrt(x * x + (y * y + z * z))
 
 
 def neighbourhoods(V, F, radius, use_ring):
     """Yields (i, members) before the projection-plane check, for every vertex."""
     adj = adjacency(len(V), F)
-    rho = radius * np.linalg.norm(V[F] - V[F[:, [1, 2, 0]]], axis=2).mean()
+    x, y, z = (V[F] - V[F[:, [1, 2, 0]]]).reshape(-1, 3).T
+    rho = np.add.accumulate(np.sqrt(x * x + (y * y + z * z)))[-1] / (3 * len(F)) * radius
     for i in range(len(V)):
         yield i, (ring(adj, i, radius) if use_ring else ball(adj, V, i, rho)), adj[i]
 
@@ -90,7 +115,8 @@ def fits(V, F, radius, use_ring):
             yield i, None
             continue
         members = np.asarray(members)
-        facing = members[N[members] @ N[i] > 0]
+        x, y, z = (N[members] * N[i]).T
+        facing = members[(x + y) + z > 0]
         if MIN_MEMBERS <= len(facing) < len(members):
             members = facing
         edge = V[near[0]] - V[i]
