@@ -83,10 +83,26 @@ def principal_curvature(V, F, radius, use_ring):
     return result, seconds
 
 
+def undefined_vertices(V, F):
+    """Vertices whose area-weighted normals cancel, and which libigl does not skip.
+
+    libigl divides by the zero length, fits a quadric to NaN, and Eigen's SVD then reads an index that
+    was never set: sometimes the result is zero, sometimes the process dies.
+    """
+    zero = np.intersect1d(np.flatnonzero(~libigl_steps.vertex_normals(V, F).any(axis=1)), F)
+    if len(zero) == 0:
+        return zero
+    adj = libigl_steps.adjacency(len(V), F)
+    return np.array([i for i in zero if len(libigl_steps.ring(adj, i, 2)) >= libigl_steps.MIN_MEMBERS], dtype=int)
+
+
 def record(V, F, rings, spheres, welded=False, cond=None):
     """(arrays of the reference file without meta, settings with their seconds)."""
     arrays = {"V": V, "F": F.astype(np.int32)}
     surface_v, surface_f, index = weld(V, F) if welded else (V, F, np.arange(len(V)))
+    undefined = undefined_vertices(surface_v, surface_f)
+    if len(undefined):
+        sys.exit(f"libigl's result is undefined: the normals cancel at {len(undefined)} vertices, such as {undefined[0]}")
     with_cond = len(surface_v) <= COND_LIMIT if cond is None else cond
     settings = []
     for prefix, radius, use_ring in [("r", r, True) for r in rings] + [("s", r, False) for r in spheres]:
