@@ -14,10 +14,16 @@
 //! |---|---|
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
+//! | [`bake`] | meshes with curvature as `.glb` and `.ply` |
+//! | [`reference`] | recorded libigl output and closed forms, and the comparison with them |
 
+mod atomic;
+pub mod bake;
 pub mod curvature;
 pub mod mesh;
+pub mod reference;
 
+pub use atomic::write_atomically;
 pub use mesh::{Material, Mesh, MeshError, Part};
 
 /// A point or vector of three `f64` world-space components.

@@ -1,10 +1,13 @@
 //! The surface under UV and normal seams: split vertices merged by position, with the way back.
 
+use serde::{Deserialize, Serialize};
+
 use super::Mesh;
 use crate::Vec3;
 
 /// Which vertices are merged before curvature is estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Weld {
     /// Vertices with bitwise equal positions (`-0.0` equals `0.0`). Undoes the splits that seams force on a file.
     #[default]
