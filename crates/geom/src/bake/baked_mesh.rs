@@ -63,7 +63,7 @@ pub struct Provenance {
     /// Which vertices were merged before the estimate.
     pub weld: Weld,
     /// Whether the triangles were turned over before the estimate.
-    pub orientation: Orientation,
+    pub facing: Facing,
     /// Where the normals came from.
     pub normals: NormalSource,
     /// What the numbers are measured in.
@@ -80,7 +80,7 @@ impl Provenance {
             source,
             curvature: CurvatureOptions { neighbourhood: Some(curvature.neighbourhood()), ..curvature },
             weld: Weld::default(),
-            orientation: Orientation::default(),
+            facing: Facing::default(),
             normals: NormalSource::default(),
             units: Units::default(),
         }
@@ -99,7 +99,7 @@ pub struct Source {
 /// Which way the triangles face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Orientation {
+pub enum Facing {
     /// As in the source file.
     #[default]
     Kept,

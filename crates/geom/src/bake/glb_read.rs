@@ -23,8 +23,7 @@ use crate::{Mesh, Vec3};
 ///
 /// [`ReadError::NotBaked`] for glTF without a provenance record, and otherwise what is wrong.
 pub fn read_baked_glb(bytes: &[u8]) -> Result<BakedMesh, ReadError> {
-    check_header(bytes)?;
-    let gltf = Gltf::from_slice(bytes).map_err(|error| ReadError::invalid(describe(&error)))?;
+    let gltf = parse(bytes).map_err(|error| ReadError::invalid(describe(&error)))?;
     let provenance = provenance(&gltf)?;
     let bin = gltf.blob.as_deref().unwrap_or_default();
     let mut builder = Builder::default();
@@ -44,20 +43,26 @@ pub fn read_baked_glb(bytes: &[u8]) -> Result<BakedMesh, ReadError> {
     builder.finish(materials, provenance)
 }
 
-/// What the `gltf` crate takes on trust: it subtracts the header from the length that the header states.
-fn check_header(bytes: &[u8]) -> Result<(), ReadError> {
-    let field = |at: usize| bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
-    if !bytes.starts_with(b"glTF") {
-        return Err(ReadError::invalid("the first four bytes are not `glTF`"));
+/// The document, after looking at what the `gltf` crate takes on trust before it validates.
+fn parse(bytes: &[u8]) -> Result<Gltf, gltf::Error> {
+    let length = bytes.get(8..12).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes);
+    if !bytes.starts_with(b"glTF") || (length as usize) < 20 {
+        // The crate would read JSON without a container, and subtract the header from a shorter length.
+        let magic = std::array::from_fn(|k| bytes.get(k).copied().unwrap_or_default());
+        return Err(gltf::Error::Binary(gltf::binary::Error::Magic(magic)));
     }
-    match field(8) {
-        Some(length) if length >= 20 && length as usize <= bytes.len() => Ok(()),
-        Some(length) => Err(ReadError::invalid(format!(
-            "the header states {length} bytes, the file has {}",
-            bytes.len()
-        ))),
-        None => Err(ReadError::invalid("the file ends within its header")),
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes)?;
+    let root = document.into_json();
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let missing = primitives.find_map(|primitive| {
+        let (_, accessor) = primitive.attributes.iter().find(|(_, accessor)| root.get(**accessor).is_none())?;
+        Some(*accessor)
+    });
+    if let Some(accessor) = missing {
+        let path = gltf_json::Path::new().field("accessors").index(accessor.value());
+        return Err(gltf::Error::Validation(vec![(path, gltf_json::validation::Error::IndexOutOfBounds)]));
     }
+    Ok(Gltf { document: gltf::Document::from_json(root)?, blob })
 }
 
 fn describe(error: &gltf::Error) -> String {

@@ -23,13 +23,12 @@ mod error;
 mod float;
 mod glb_read;
 mod glb_write;
-mod normals;
 mod ply;
 mod rows;
 
 use std::path::Path;
 
-pub use baked_mesh::{BakedMesh, FORMAT_VERSION, NormalSource, Orientation, Provenance, Source, Units};
+pub use baked_mesh::{BakedMesh, FORMAT_VERSION, Facing, NormalSource, Provenance, Source, Units};
 pub use error::{ReadError, WriteError};
 pub use glb_write::write_glb;
 pub use ply::{Precision, write_ply};
@@ -50,3 +49,6 @@ pub fn read_baked(path: &Path) -> Result<BakedMesh, ReadError> {
 
 pub use glb_read::read_baked_glb;
 pub use ply::read_baked_ply;
+
+#[cfg(test)]
+mod tests;

@@ -3,9 +3,9 @@
 use super::BakedMesh;
 use super::error::WriteError;
 use super::float::{FileFloat, error_row, narrow_all, unit_row};
-use super::normals::vertex_normals;
 use crate::Vec3;
 use crate::curvature::{Principal, Status, VertexCurvature};
+use crate::mesh::{Adjacency, Mesh, Surface, Weld, angle_weighted_normals};
 
 /// What a file holds of one vertex's curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,11 +69,19 @@ fn unit_normals<F: FileFloat>(baked: &BakedMesh) -> Vec<[F; 3]> {
             from_file
                 .as_ref()
                 .and_then(|rows| rows[v])
-                .or_else(|| unit_row(computed[v]))
+                .or_else(|| unit_row(computed[v]?))
                 .or_else(|| unit_row(Vec3::z()))
                 .expect("+Z is unit in every float type")
         })
         .collect()
+}
+
+/// Angle-weighted normals of the welded surface, so that a UV seam does not show.
+fn vertex_normals(mesh: &Mesh, weld: Weld) -> Vec<Option<Vec3>> {
+    let surface = Surface::new(mesh, weld);
+    let (positions, triangles) = (surface.positions(), surface.triangles());
+    let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
+    surface.spread(angle_weighted_normals(positions, triangles, &incident))
 }
 
 fn curvature_row<F: FileFloat>(

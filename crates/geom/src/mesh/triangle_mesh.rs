@@ -270,19 +270,13 @@ impl Mesh {
     /// Lower and upper corner of the axis-aligned bounding box, or `None` without vertices.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let first = *self.positions.first()?;
-        Some(self.positions.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
+        bounds(&self.positions)
     }
 
     /// Length of the bounding box's diagonal; 0 without vertices.
     #[must_use]
     pub fn bbox_diagonal(&self) -> f64 {
-        // `Vector::norm` squares its components and would overflow at 1e155, so scale by the largest one first.
-        self.bounds().map_or(0.0, |(lo, hi)| {
-            let half = 0.5 * hi - 0.5 * lo;
-            let largest = half.amax();
-            if largest == 0.0 { 0.0 } else { 2.0 * largest * (half / largest).norm() }
-        })
+        bbox_diagonal(&self.positions)
     }
 
     fn check_length(&self, attribute: &'static str, found: usize) -> Result<(), MeshError> {
@@ -293,6 +287,20 @@ impl Mesh {
             Err(MeshError::AttributeLength { attribute, found, vertices })
         }
     }
+}
+
+fn bounds(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
+    let first = *points.first()?;
+    Some(points.iter().fold((first, first), |(lo, hi), p| (lo.inf(p), hi.sup(p))))
+}
+
+/// `Vector::norm` squares its components and would overflow at 1e155, so the largest one is taken out first.
+pub(super) fn bbox_diagonal(points: &[Vec3]) -> f64 {
+    bounds(points).map_or(0.0, |(lo, hi)| {
+        let half = 0.5 * hi - 0.5 * lo;
+        let largest = half.amax();
+        if largest == 0.0 { 0.0 } else { 2.0 * largest * (half / largest).norm() }
+    })
 }
 
 fn check_finite<'a>(attribute: &'static str, rows: impl Iterator<Item = &'a [f64]>) -> Result<(), MeshError> {

@@ -1,8 +1,12 @@
 //! The surface under UV and normal seams: split vertices merged by position, with the way back.
 
+use std::borrow::Cow;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Mesh;
+use super::triangle_mesh::bbox_diagonal;
 use crate::Vec3;
 
 /// Which vertices are merged before curvature is estimated.
@@ -18,59 +22,51 @@ pub enum Weld {
 
 /// The geometry of a mesh with its seams removed.
 ///
-/// Surface vertex numbers follow the first mesh vertex of each position, so a mesh without seams keeps its numbering.
+/// Surface vertex numbers follow the first mesh vertex of each position, so a mesh without seams keeps its numbering;
+/// such a mesh is borrowed, not copied.
 #[derive(Debug, Clone)]
-pub struct Surface {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    surface_from_vertex: Vec<u32>,
+pub struct Surface<'m> {
+    positions: Cow<'m, [Vec3]>,
+    triangles: Cow<'m, [[u32; 3]]>,
+    /// `None` where the numbering is the mesh's own.
+    surface_from_vertex: Option<Vec<u32>>,
 }
 
-impl Surface {
+impl<'m> Surface<'m> {
     /// Merges the vertices of `mesh` as `weld` says. Unused vertices stay; triangles keep their order and orientation,
     /// also those that merging has made degenerate.
     #[must_use]
-    pub fn new(mesh: &Mesh, weld: Weld) -> Self {
-        match weld {
-            Weld::Off => Self {
-                positions: mesh.positions().to_vec(),
-                triangles: mesh.triangles().to_vec(),
-                surface_from_vertex: (0..index_u32(mesh.positions().len())).collect(),
-            },
-            Weld::Exact => Self::merge_equal_positions(mesh),
-        }
-    }
-
-    fn merge_equal_positions(mesh: &Mesh) -> Self {
-        let source = mesh.positions();
-        // Sorting the indices by position needs 4 bytes a vertex, a hash map several times that. The tie on the index
-        // makes the first of each run the lowest vertex.
-        let mut order: Vec<u32> = (0..index_u32(source.len())).collect();
-        order.sort_unstable_by_key(|&i| (position_key(&source[i as usize]), i));
-        let mut first_equal: Vec<u32> = vec![0; source.len()];
-        let mut first = 0;
-        for (rank, &vertex) in order.iter().enumerate() {
-            let same = rank > 0
-                && position_key(&source[vertex as usize]) == position_key(&source[order[rank - 1] as usize]);
-            if !same {
-                first = vertex;
-            }
-            first_equal[vertex as usize] = first;
-        }
-        let mut positions = Vec::with_capacity(source.len());
+    pub fn new(mesh: &'m Mesh, weld: Weld) -> Self {
+        let merged = match weld {
+            Weld::Off => None,
+            Weld::Exact => first_equal_vertex(mesh.positions()),
+        };
+        let Some(first_equal) = merged else {
+            return Self {
+                positions: Cow::Borrowed(mesh.positions()),
+                triangles: Cow::Borrowed(mesh.triangles()),
+                surface_from_vertex: None,
+            };
+        };
+        let mut positions = Vec::with_capacity(first_equal.len());
         let mut surface_from_vertex = first_equal;
-        for vertex in 0..source.len() {
+        for (vertex, position) in mesh.positions().iter().enumerate() {
             let first = surface_from_vertex[vertex] as usize;
             // `first <= vertex`, so a copy finds its original's surface vertex already in place.
             surface_from_vertex[vertex] = if first == vertex {
-                positions.push(source[vertex]);
+                positions.push(*position);
                 index_u32(positions.len() - 1)
             } else {
                 surface_from_vertex[first]
             };
         }
+        positions.shrink_to_fit();
         let triangles = mesh.triangles().iter().map(|t| t.map(|i| surface_from_vertex[i as usize])).collect();
-        Self { positions, triangles, surface_from_vertex }
+        Self {
+            positions: Cow::Owned(positions),
+            triangles: Cow::Owned(triangles),
+            surface_from_vertex: Some(surface_from_vertex),
+        }
     }
 
     /// Positions of the surface vertices.
@@ -85,21 +81,34 @@ impl Surface {
         &self.triangles
     }
 
-    /// For every mesh vertex, the surface vertex that it is a copy of.
+    /// The surface vertex that a mesh vertex is a copy of.
+    ///
+    /// # Panics
+    ///
+    /// If there are copies and `vertex` is out of range.
     #[must_use]
-    pub fn surface_from_vertex(&self) -> &[u32] {
-        &self.surface_from_vertex
+    pub fn surface_from_vertex(&self, vertex: usize) -> usize {
+        self.surface_from_vertex.as_ref().map_or(vertex, |map| map[vertex] as usize)
     }
 
-    /// Copies one value per surface vertex to every mesh vertex.
+    /// How many mesh vertices were merged into others.
+    #[must_use]
+    pub fn merged_vertices(&self) -> usize {
+        self.surface_from_vertex.as_ref().map_or(0, |map| map.len() - self.positions.len())
+    }
+
+    /// Copies one value per surface vertex to every mesh vertex. Without seams the values come back as they are.
     ///
     /// # Panics
     ///
     /// If `values` has not one entry per surface vertex.
     #[must_use]
-    pub fn spread<T: Clone>(&self, values: &[T]) -> Vec<T> {
+    pub fn spread<T: Clone>(&self, values: Vec<T>) -> Vec<T> {
         assert_eq!(values.len(), self.positions.len(), "one value per surface vertex");
-        self.surface_from_vertex.iter().map(|&s| values[s as usize].clone()).collect()
+        match &self.surface_from_vertex {
+            None => values,
+            Some(map) => map.iter().map(|&s| values[s as usize].clone()).collect(),
+        }
     }
 
     /// Positions of the corners of one triangle.
@@ -111,6 +120,31 @@ impl Surface {
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }
+
+    /// Length of the bounding box's diagonal; 0 without vertices.
+    #[must_use]
+    pub fn bbox_diagonal(&self) -> f64 {
+        bbox_diagonal(&self.positions)
+    }
+}
+
+/// For every vertex the lowest one at the same position; `None` when no two vertices share one.
+fn first_equal_vertex(positions: &[Vec3]) -> Option<Vec<u32>> {
+    // Sorting the indices by position needs 4 bytes a vertex, a hash map several times that. The tie on the index
+    // makes the first of each run the lowest vertex.
+    let mut order: Vec<u32> = (0..index_u32(positions.len())).collect();
+    let key = |i: u32| position_key(&positions[i as usize]);
+    order.par_sort_unstable_by_key(|&i| (key(i), i));
+    if order.windows(2).all(|pair| key(pair[0]) != key(pair[1])) {
+        return None;
+    }
+    let mut first_equal = vec![0; positions.len()];
+    for run in order.chunk_by(|&a, &b| key(a) == key(b)) {
+        for &vertex in run {
+            first_equal[vertex as usize] = run[0];
+        }
+    }
+    Some(first_equal)
 }
 
 /// Bit patterns that are equal exactly when the coordinates are; adding zero turns `-0.0` into `0.0`.
@@ -134,9 +168,11 @@ mod tests {
             Mesh::new(vec![p(2.0), p(0.0), p(1.0), p(-0.0), p(2.0)], vec![[0, 1, 2], [4, 3, 2]]).unwrap();
         let surface = Surface::new(&mesh, Weld::Exact);
         assert_eq!(surface.positions(), &[p(2.0), p(0.0), p(1.0)]);
-        assert_eq!(surface.surface_from_vertex(), &[0, 1, 2, 1, 0]);
+        let map: Vec<usize> = (0..5).map(|v| surface.surface_from_vertex(v)).collect();
+        assert_eq!(map, [0, 1, 2, 1, 0]);
+        assert_eq!(surface.merged_vertices(), 2);
         assert_eq!(surface.triangles(), &[[0, 1, 2], [0, 1, 2]]);
-        assert_eq!(surface.spread(&['a', 'b', 'c']), ['a', 'b', 'c', 'b', 'a']);
+        assert_eq!(surface.spread(vec!['a', 'b', 'c']), ['a', 'b', 'c', 'b', 'a']);
         assert_eq!(Surface::new(&mesh, Weld::Off).positions().len(), 5);
     }
 }
