@@ -16,12 +16,14 @@
 //! | [`curvature`] | the estimators behind one options struct |
 //! | [`bake`] | meshes with curvature as `.glb` and `.ply` |
 //! | [`reference`] | recorded libigl output and closed forms, and the comparison with them |
+//! | [`shapes`] | parametric surfaces for tests, studies and scenes |
 
 mod atomic;
 pub mod bake;
 pub mod curvature;
 pub mod mesh;
 pub mod reference;
+pub mod shapes;
 
 pub use atomic::write_atomically;
 pub use mesh::{Material, Mesh, MeshError, Part};

@@ -39,7 +39,7 @@ pub fn read_baked_glb(bytes: &[u8]) -> Result<BakedMesh, ReadError> {
     for primitive in gltf.meshes().flat_map(|mesh| mesh.primitives()) {
         builder.append(&primitive, bin)?;
     }
-    let materials = gltf.materials().map(|m| material(&m, bin)).collect::<Result<_, _>>()?;
+    let materials = gltf.materials().map(|m| material(&gltf, &m, bin)).collect::<Result<_, _>>()?;
     builder.finish(materials, provenance)
 }
 
@@ -308,20 +308,11 @@ fn view_bytes<'b>(view: &gltf::buffer::View<'_>, bin: &'b [u8]) -> Option<&'b [u
     bin.get(view.offset()..view.offset().checked_add(view.length())?)
 }
 
-fn material(material: &gltf::Material<'_>, bin: &[u8]) -> Result<Material, ReadError> {
+fn material(gltf: &Gltf, material: &gltf::Material<'_>, bin: &[u8]) -> Result<Material, ReadError> {
     let pbr = material.pbr_metallic_roughness();
     let [r, g, b, _] = pbr.base_color_factor();
-    let texture = match pbr.base_color_texture().map(|info| info.texture().source().source()) {
-        Some(gltf::image::Source::View { view, mime_type }) => {
-            let bytes = view_bytes(&view, bin)
-                .ok_or_else(|| ReadError::invalid("an image reaches outside its buffer"))?;
-            Some(TextureImage { mime_type: mime_type.to_owned(), bytes: bytes.to_vec() })
-        }
-        Some(gltf::image::Source::Uri { uri, .. }) => {
-            return Err(ReadError::invalid(format!("the image {uri:?} is not inside the file")));
-        }
-        None => None,
-    };
+    let image = pbr.base_color_texture().map(|info| info.texture().source().index());
+    let texture = image.map(|image| texture_image(gltf, image, bin)).transpose()?;
     Ok(Material {
         name: material.name().unwrap_or_default().to_owned(),
         base_color: [r, g, b],
@@ -329,4 +320,13 @@ fn material(material: &gltf::Material<'_>, bin: &[u8]) -> Result<Material, ReadE
         roughness: pbr.roughness_factor(),
         base_color_texture: texture,
     })
+}
+
+/// The bytes of an image inside the file. Goes by the JSON, because the `gltf` crate unwraps an absent MIME type.
+fn texture_image(gltf: &Gltf, image: usize, bin: &[u8]) -> Result<TextureImage, ReadError> {
+    let bytes = gltf.as_json().images.get(image).and_then(|image| {
+        let view = gltf.views().nth(image.buffer_view?.value())?;
+        Some(TextureImage { mime_type: image.mime_type.as_ref()?.0.clone(), bytes: view_bytes(&view, bin)?.to_vec() })
+    });
+    bytes.ok_or_else(|| ReadError::invalid(format!("image {image} is not inside the file, or has no MIME type")))
 }

@@ -1,0 +1,142 @@
+//! `igl::principal_curvature`, reproduced with its deviations from the textbook.
+//!
+//! The method is that of Panozzo, Puppo and Rocca, "Efficient Multi-scale Curvature and Crease Estimation", 2010, as
+//! libigl 2.6 computes it: an unweighted quadric through the vertex over the area-weighted normal, fitted to a k-ring or a
+//! sphere, and a matrix whose upper right entry `GM - FN` is replaced by the lower left `EM - FL`. The trace, and with
+//! it the mean curvature, is right; the determinant and the directions are off by the square of the fitted slope. It is
+//! kept so that agreement with libigl can be checked number by number; [`Method::Quadric`](super::Method::Quadric) is
+//! the one to use.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::estimate::{Prepared, Scratch};
+use super::moments::{Coefficients, NormalEquations, Points};
+use super::shape_operator::{Frame, symmetric_2x2};
+use super::{Neighbourhood, Status, VertexCurvature};
+use crate::Vec3;
+
+/// libigl skips a vertex whose neighbourhood, itself included, is smaller.
+const LEAST_MEMBERS: usize = 6;
+
+/// Smallest pivot and range of lengths for which the scaled normal equations give libigl's SVD solution to 1e-12. Outside,
+/// the SVD itself is run, because its cut-off for singular values decides the result.
+const LEAST_PIVOT: f64 = 1e-3;
+const SOUND_LENGTHS: std::ops::Range<f64> = 1e-4..1e4;
+
+pub(crate) fn estimate_vertex(
+    prepared: &Prepared<'_>,
+    vertex: usize,
+    neighbourhood: Neighbourhood,
+    scratch: &mut Scratch<'_>,
+) -> VertexCurvature {
+    gather(prepared, vertex, neighbourhood, scratch);
+    if scratch.walker.members().len() < LEAST_MEMBERS {
+        return VertexCurvature::undetermined(Status::FewNeighbours);
+    }
+    let Some(frame) = frame(prepared, vertex) else {
+        return VertexCurvature::undetermined(Status::RankDeficient);
+    };
+    let Some(length) = project(prepared, vertex, &frame, scratch) else {
+        return VertexCurvature::undetermined(Status::RankDeficient);
+    };
+    let coefficients = fit(&scratch.points, length);
+    let points = &scratch.points;
+    let [a, b, c, d, e]: [f64; 5] = coefficients.into();
+    let (ee, ff, gg) = (1.0 + d * d, d * e, 1.0 + e * e);
+    let inverse_norm = 1.0 / (1.0 + d * d + e * e).sqrt();
+    let [l, m, n] = [2.0 * a, b, 2.0 * c].map(|second| second * inverse_norm / length);
+    let determinant = ee * gg - ff * ff;
+    let xx = (l * gg - m * ff) / determinant;
+    let xy = (m * ee - l * ff) / determinant;
+    let yy = (n * ee - m * ff) / determinant;
+    let principal = symmetric_2x2(-xx, -xy, -yy).lift(frame.t, frame.s);
+    if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
+        return VertexCurvature::undetermined(Status::RankDeficient);
+    }
+    // A plain residual measure: libigl has no error estimate to follow.
+    let error = residual(points, &coefficients) / length;
+    VertexCurvature { principal: Some(principal), error, status: Status::Ok }
+}
+
+fn gather(prepared: &Prepared<'_>, vertex: usize, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) {
+    let seed = crate::mesh::index_u32(vertex);
+    let walker = &mut scratch.walker;
+    match neighbourhood {
+        // libigl raises a radius below 2 to 2.
+        Neighbourhood::Rings(rings) => walker.rings(seed, rings.max(2)),
+        Neighbourhood::Radius(radius) => walker.within_at_least(seed, radius, LEAST_MEMBERS),
+        Neighbourhood::MeanEdges(edges) => {
+            walker.within_at_least(seed, edges.max(2.0) * prepared.mean_edge, LEAST_MEMBERS)
+        }
+    };
+}
+
+/// Heights along the vertex normal, the first axis towards the neighbour with the lowest number. `None` where the
+/// normal vanishes or that neighbour lies straight above: libigl's axes are zero there, and so are its curvatures.
+fn frame(prepared: &Prepared<'_>, vertex: usize) -> Option<Frame> {
+    let n = prepared.normals[vertex];
+    let &first = prepared.ring.row(vertex).first()?;
+    let edge = prepared.positions[first as usize] - prepared.positions[vertex];
+    let t = (edge - n * n.dot(&edge)).try_normalize(0.0)?;
+    let s = n.cross(&t).try_normalize(0.0)?;
+    Some(Frame { t, s, n })
+}
+
+/// The members that the projection-plane rule keeps, in units of the farthest distance, which is returned.
+fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut Scratch<'_>) -> Option<f64> {
+    let members = scratch.walker.members();
+    let facing = |&&member: &&u32| dot(&prepared.normals[member as usize], &frame.n) > 0.0;
+    let facing_count = members.iter().filter(facing).count();
+    let keep_all = facing_count < LEAST_MEMBERS;
+    let origin = prepared.positions[vertex];
+    let offset = |&member: &u32| prepared.positions[member as usize] - origin;
+    let largest = members.iter().map(|m| offset(m).amax()).fold(0.0, f64::max);
+    if largest == 0.0 || !largest.is_finite() {
+        return None;
+    }
+    let points = &mut scratch.points;
+    points.clear();
+    for member in members.iter().filter(|m| keep_all || facing(m)) {
+        let local: Vec3 = offset(member) / largest;
+        points.push(local.dot(&frame.t), local.dot(&frame.s), local.dot(&frame.n), 1.0);
+    }
+    Some(largest)
+}
+
+/// Summed in coordinate order, as in [`libigl_normals`](super::libigl_normals).
+fn dot(a: &Vec3, b: &Vec3) -> f64 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+/// Coefficients in units of `length`.
+fn fit(points: &Points, length: f64) -> Coefficients {
+    let sound = SOUND_LENGTHS.contains(&length);
+    let fast = if sound { NormalEquations::accumulate(points).solve(LEAST_PIVOT) } else { None };
+    fast.map_or_else(|| minimum_norm(points, length), |solution| solution.coefficients)
+}
+
+/// The minimum-norm solution in world units, singular values up to `5 eps` of the largest dropped (Eigen's `JacobiSVD`).
+fn minimum_norm(points: &Points, length: f64) -> Coefficients {
+    let rows = points.len();
+    let entry = |row: usize, column: usize| {
+        let (u, v) = (points.u[row] * length, points.v[row] * length);
+        [u * u, u * v, v * v, u, v][column]
+    };
+    let svd = DMatrix::from_fn(rows, 5, entry).svd(true, true);
+    let heights = DVector::from_fn(rows, |row, _| points.z[row] * length);
+    let cut = 5.0 * f64::EPSILON * svd.singular_values.max();
+    match svd.solve(&heights, cut) {
+        Ok(x) => Coefficients::new(x[0] * length, x[1] * length, x[2] * length, x[3], x[4]),
+        Err(_) => Coefficients::repeat(f64::NAN),
+    }
+}
+
+/// Root mean square height that the fit leaves, in units of the neighbourhood's length, which makes it a curvature.
+fn residual(points: &Points, x: &Coefficients) -> f64 {
+    let height = |i: usize| {
+        let (u, v) = (points.u[i], points.v[i]);
+        x.dot(&Coefficients::new(u * u, u * v, v * v, u, v))
+    };
+    let squares: f64 = (0..points.len()).map(|i| (points.z[i] - height(i)).powi(2)).sum();
+    (squares / points.len() as f64).sqrt()
+}

@@ -1,0 +1,189 @@
+//! Neighbourhoods on the surface graph, gathered without hashing or allocation.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::Vec3;
+use crate::mesh::Adjacency;
+
+/// Gathers vertices around a seed. One per thread; `4 n` bytes.
+#[derive(Debug)]
+pub(crate) struct Walker<'a> {
+    positions: &'a [Vec3],
+    ring: &'a Adjacency,
+    /// `stamp[v] == generation` marks `v` as visited in the current walk, so that nothing is cleared between walks.
+    stamp: Vec<u32>,
+    generation: u32,
+    members: Vec<u32>,
+    rejected: BinaryHeap<Candidate>,
+}
+
+impl<'a> Walker<'a> {
+    pub(crate) fn new(positions: &'a [Vec3], ring: &'a Adjacency) -> Self {
+        Self {
+            positions,
+            ring,
+            stamp: vec![0; positions.len()],
+            generation: 0,
+            members: Vec::with_capacity(128),
+            rejected: BinaryHeap::new(),
+        }
+    }
+
+    /// All vertices at most `rings` edges from `seed`, the seed first, then ring by ring.
+    pub(crate) fn rings(&mut self, seed: u32, rings: u32) -> &[u32] {
+        self.begin(seed);
+        let mut level = 0;
+        for _ in 0..rings {
+            let end = self.members.len();
+            if level == end {
+                break; // The last ring was empty: the whole component is in.
+            }
+            for index in level..end {
+                let vertex = self.members[index];
+                for &next in self.ring.row(vertex as usize) {
+                    if self.visit(next) {
+                        self.members.push(next);
+                    }
+                }
+            }
+            level = end;
+        }
+        &self.members
+    }
+
+    /// All vertices closer to `seed` than `radius` that a walk over edges reaches through such vertices.
+    pub(crate) fn within(&mut self, seed: u32, radius: f64) -> &[u32] {
+        self.begin(seed);
+        let mut head = 0;
+        while let Some(&vertex) = self.members.get(head) {
+            head += 1;
+            for &next in self.ring.row(vertex as usize) {
+                if self.visit(next) && self.distance(seed, next) < radius {
+                    self.members.push(next);
+                }
+            }
+        }
+        &self.members
+    }
+
+    /// As `within`, topped up to `at_least` members in libigl's way: a vertex that fails the distance test while fewer
+    /// than `at_least` vertices have been expanded is kept aside, and the closest of those join until the count is met.
+    pub(crate) fn within_at_least(&mut self, seed: u32, radius: f64, at_least: usize) -> &[u32] {
+        self.begin(seed);
+        self.rejected.clear();
+        let mut head = 0;
+        while let Some(&vertex) = self.members.get(head) {
+            head += 1;
+            for &next in self.ring.row(vertex as usize) {
+                if !self.visit(next) {
+                    continue;
+                }
+                let distance = self.distance(seed, next);
+                if distance < radius {
+                    self.members.push(next);
+                } else if head < at_least {
+                    self.rejected.push(Candidate { distance, vertex: next });
+                }
+            }
+        }
+        while self.members.len() < at_least {
+            let Some(Candidate { vertex, .. }) = self.rejected.pop() else { break };
+            self.members.push(vertex);
+            for &next in self.ring.row(vertex as usize) {
+                if self.visit(next) {
+                    let distance = self.distance(seed, next);
+                    self.rejected.push(Candidate { distance, vertex: next });
+                }
+            }
+        }
+        &self.members
+    }
+
+    /// What the last walk gathered.
+    pub(crate) fn members(&self) -> &[u32] {
+        &self.members
+    }
+
+    fn begin(&mut self, seed: u32) {
+        if self.generation == u32::MAX {
+            self.stamp.fill(0);
+            self.generation = 0;
+        }
+        self.generation += 1;
+        self.members.clear();
+        self.members.push(seed);
+        self.stamp[seed as usize] = self.generation;
+    }
+
+    /// Marks a vertex; whether it was new.
+    #[inline]
+    fn visit(&mut self, vertex: u32) -> bool {
+        let stamp = &mut self.stamp[vertex as usize];
+        let new = *stamp != self.generation;
+        *stamp = self.generation;
+        new
+    }
+
+    fn distance(&self, a: u32, b: u32) -> f64 {
+        (self.positions[b as usize] - self.positions[a as usize]).norm()
+    }
+}
+
+/// A vertex outside the radius; the heap's greatest is the closest.
+#[derive(Debug, PartialEq)]
+struct Candidate {
+    distance: f64,
+    vertex: u32,
+}
+
+impl Eq for Candidate {}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then(other.vertex.cmp(&self.vertex))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    #[test]
+    fn rings_of_a_triangle_grid_are_hexagons() {
+        let mesh = shapes::plane(20, 20);
+        let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
+        let ring = Adjacency::vertices_of_vertices(mesh.triangles(), &incident);
+        let mut walker = Walker::new(mesh.positions(), &ring);
+        let middle = 10 * 21 + 10;
+        for (rings, expected) in [(0, 1), (1, 7), (2, 19), (5, 91)] {
+            let found = walker.rings(middle, rings).to_vec();
+            assert_eq!(found.len(), expected, "{rings} rings");
+            assert_eq!(found[0], middle);
+        }
+        assert_eq!(walker.rings(0, 100).len(), 21 * 21);
+    }
+
+    #[test]
+    fn radius_walk_equals_a_scan_on_a_convex_patch() {
+        let mesh = shapes::plane(20, 20);
+        let p = mesh.positions();
+        let incident = Adjacency::triangles_of_vertices(mesh.triangles(), p.len());
+        let ring = Adjacency::vertices_of_vertices(mesh.triangles(), &incident);
+        let mut walker = Walker::new(p, &ring);
+        let seed = 8 * 21 + 7;
+        let mut found = walker.within(seed, 0.23).to_vec();
+        found.sort_unstable();
+        let scan: Vec<u32> =
+            (0..21 * 21).filter(|&v| (p[v as usize] - p[seed as usize]).norm() < 0.23).collect();
+        assert_eq!(found, scan);
+        assert_eq!(walker.within_at_least(seed, 1e-9, 6).len(), 6);
+    }
+}
