@@ -25,7 +25,9 @@ pub enum WriteError {
     #[error("the mesh has no vertices, and glTF cannot hold an empty mesh; nothing is there to bake")]
     Empty,
     /// Binary glTF counts bytes with 32 bits.
-    #[error("the file would take {bytes} bytes, more than the 4 GiB that a .glb can hold; write a .ply instead")]
+    #[error(
+        "the file would take {bytes} bytes, more than the 4 GiB that a .glb can hold; write a .ply instead"
+    )]
     TooLarge {
         /// Size of the whole file.
         bytes: u64,

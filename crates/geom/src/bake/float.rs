@@ -71,7 +71,8 @@ pub(super) fn narrow_all<F: FileFloat, const N: usize>(row: [f64; N]) -> Result<
 pub(super) fn unit_row<F: FileFloat>(v: Vec3) -> Option<[F; 3]> {
     // Rounding to nearest moves each component by at most EPSILON / 2 of itself and so the squared length by EPSILON.
     // Twice that and more is accepted, so that a rounded unit vector always is; validators allow far more.
-    let is_unit = |row: &[F; 3]| (row.iter().map(|x| x.widen().powi(2)).sum::<f64>() - 1.0).abs() <= 4.0 * F::EPSILON;
+    let is_unit =
+        |row: &[F; 3]| (row.iter().map(|x| x.widen().powi(2)).sum::<f64>() - 1.0).abs() <= 4.0 * F::EPSILON;
     if let Ok(row) = narrow_all::<F, 3>(v.into())
         && is_unit(&row)
     {

@@ -32,7 +32,8 @@ pub fn read_baked_glb(bytes: &[u8]) -> Result<BakedMesh, ReadError> {
             matrix: [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 0., 0., 1.]],
         };
         if node.transform().matrix() != identity.matrix() {
-            let what = format!("node {} is transformed, which its baked curvature does not follow", node.index());
+            let what =
+                format!("node {} is transformed, which its baked curvature does not follow", node.index());
             return Err(ReadError::invalid(what));
         }
     }
@@ -55,7 +56,8 @@ fn parse(bytes: &[u8]) -> Result<Gltf, gltf::Error> {
     let root = document.into_json();
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let missing = primitives.find_map(|primitive| {
-        let (_, accessor) = primitive.attributes.iter().find(|(_, accessor)| root.get(**accessor).is_none())?;
+        let (_, accessor) =
+            primitive.attributes.iter().find(|(_, accessor)| root.get(**accessor).is_none())?;
         Some(*accessor)
     });
     if let Some(accessor) = missing {
@@ -141,7 +143,8 @@ impl Builder {
             };
             self.triangles.push([a, b, c]);
         }
-        let extras = primitive.extras().as_ref().and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
+        let extras =
+            primitive.extras().as_ref().and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
         let name = extras.as_ref().and_then(|e| e.get("name")).and_then(Value::as_str).unwrap_or_default();
         self.parts.push(Part {
             name: name.to_owned(),
@@ -175,8 +178,13 @@ impl Builder {
         for vertex in 0..count {
             let normal = widen(normals[vertex]);
             let [error] = error[vertex];
-            let row =
-                CurvatureRow { kappa: kappa[vertex], d1: d1[vertex], d2: d1[vertex], error, status: status[vertex] };
+            let row = CurvatureRow {
+                kappa: kappa[vertex],
+                d1: d1[vertex],
+                d2: d1[vertex],
+                error,
+                status: status[vertex],
+            };
             let curvature = curvature_from_row(&row, SecondDirection::AcrossNormal(normal))
                 .map_err(|bad| ReadError::invalid(format!("vertex {vertex}: {bad}")))?;
             self.curvature.push(curvature);
@@ -291,7 +299,9 @@ fn rows<'b, const SIZE: usize, const N: usize>(
     let data = view_bytes(&view, bin).ok_or_else(outside)?;
     let stride = view.stride().unwrap_or(width);
     let (offset, count) = (accessor.offset(), accessor.count());
-    let end = count.checked_sub(1).and_then(|last| last.checked_mul(stride)?.checked_add(offset)?.checked_add(width));
+    let end = count
+        .checked_sub(1)
+        .and_then(|last| last.checked_mul(stride)?.checked_add(offset)?.checked_add(width));
     if stride < width || end.is_none_or(|end| end > data.len()) {
         return Err(outside());
     }
@@ -326,7 +336,12 @@ fn material(gltf: &Gltf, material: &gltf::Material<'_>, bin: &[u8]) -> Result<Ma
 fn texture_image(gltf: &Gltf, image: usize, bin: &[u8]) -> Result<TextureImage, ReadError> {
     let bytes = gltf.as_json().images.get(image).and_then(|image| {
         let view = gltf.views().nth(image.buffer_view?.value())?;
-        Some(TextureImage { mime_type: image.mime_type.as_ref()?.0.clone(), bytes: view_bytes(&view, bin)?.to_vec() })
+        Some(TextureImage {
+            mime_type: image.mime_type.as_ref()?.0.clone(),
+            bytes: view_bytes(&view, bin)?.to_vec(),
+        })
     });
-    bytes.ok_or_else(|| ReadError::invalid(format!("image {image} is not inside the file, or has no MIME type")))
+    bytes.ok_or_else(|| {
+        ReadError::invalid(format!("image {image} is not inside the file, or has no MIME type"))
+    })
 }

@@ -101,8 +101,9 @@ fn curvature_row<F: FileFloat>(
             status,
         });
     };
-    let direction =
-        |v: Vec3| unit_row(v).ok_or(WriteError::DoesNotFit { attribute: "direction", vertex, value: v.amax() });
+    let direction = |v: Vec3| {
+        unit_row(v).ok_or(WriteError::DoesNotFit { attribute: "direction", vertex, value: v.amax() })
+    };
     let kappa = narrow_all([principal.kappa_max, principal.kappa_min])
         .map_err(|value| WriteError::DoesNotFit { attribute: "curvature", vertex, value })?;
     Ok(CurvatureRow {
@@ -154,11 +155,7 @@ pub(super) fn curvature_from_row<F: FileFloat>(
         }
     };
     let principal = Principal { kappa_max: kappa[0], kappa_min: kappa[1], d1, d2 };
-    Ok(VertexCurvature {
-        principal: Some(principal),
-        error: super::float::error_from_row(row.error),
-        status,
-    })
+    Ok(VertexCurvature { principal: Some(principal), error: super::float::error_from_row(row.error), status })
 }
 
 /// Where the direction of `kappa_min` comes from.

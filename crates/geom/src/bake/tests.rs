@@ -9,10 +9,8 @@ use crate::mesh::{Material, Part, TextureImage};
 use crate::{Mesh, Vec3};
 
 fn provenance() -> Provenance {
-    let options = CurvatureOptions {
-        method: Method::Libigl,
-        neighbourhood: Some(Neighbourhood::Radius(0.1 + 0.2)),
-    };
+    let options =
+        CurvatureOptions { method: Method::Libigl, neighbourhood: Some(Neighbourhood::Radius(0.1 + 0.2)) };
     let source = Source { file: "häßlich \"name\" \u{1f40b}.obj".to_owned(), sha256: "00".repeat(32) };
     Provenance::new(source, options)
 }
@@ -37,7 +35,13 @@ fn sample() -> BakedMesh {
     };
     let mesh = Mesh::new(p.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
         .unwrap()
-        .with_normals(vec![Vec3::z(), Vec3::new(0.0, 0.1, 1.0), Vec3::z() * 3.0, Vec3::zeros(), Vec3::zeros()])
+        .with_normals(vec![
+            Vec3::z(),
+            Vec3::new(0.0, 0.1, 1.0),
+            Vec3::z() * 3.0,
+            Vec3::zeros(),
+            Vec3::zeros(),
+        ])
         .unwrap()
         .with_uv_set(uvs.clone())
         .unwrap()
@@ -63,7 +67,10 @@ fn round_trip(baked: &BakedMesh, name: &str, write: impl Fn(&Path, &BakedMesh)) 
     write(&first, baked);
     let back = read_baked(&first).unwrap();
     write(&second, &back);
-    assert!(std::fs::read(&first).unwrap() == std::fs::read(&second).unwrap(), "{name} changes when rewritten");
+    assert!(
+        std::fs::read(&first).unwrap() == std::fs::read(&second).unwrap(),
+        "{name} changes when rewritten"
+    );
     back
 }
 
@@ -92,7 +99,10 @@ fn check_against(baked: &BakedMesh, back: &BakedMesh, narrow: impl Fn(f64) -> f6
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the test states independently what f32 makes of a number")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the test states independently what f32 makes of a number"
+)]
 fn to_f32(x: f64) -> f64 {
     f64::from(x as f32)
 }
@@ -213,8 +223,7 @@ fn any_curvature() -> impl Strategy<Value = VertexCurvature> {
             let v = Vec3::from(v);
             (v / v.amax()).normalize()
         };
-        let principal =
-            Principal { kappa_max: a.max(b), kappa_min: a.min(b), d1: unit(d1), d2: unit(d2) };
+        let principal = Principal { kappa_max: a.max(b), kappa_min: a.min(b), d1: unit(d1), d2: unit(d2) };
         let status = Status::from_number(status).unwrap();
         VertexCurvature { principal: Some(principal), error: error.abs(), status }
     });

@@ -6,8 +6,8 @@ use super::super::glb_read::provenance_from_json;
 use super::super::rows::{BadRow, CurvatureRow, SecondDirection, curvature_from_row, widen};
 use super::super::{BakedMesh, Provenance};
 use super::{COMMENT, CURVATURE, STATUS, uv_names};
-use crate::curvature::VertexCurvature;
 use crate::Mesh;
+use crate::curvature::VertexCurvature;
 
 /// Reads the bytes of a baked `.ply`: the layout that `write_ply` writes, in binary, with the vertex properties in any
 /// order and further scalar ones ignored.
@@ -108,16 +108,15 @@ fn curvature_at<F: PlyFloat>(row: &[u8], at: &[usize], status: u8) -> Result<Ver
 
 fn triangles(bytes: &[u8], count: usize) -> Result<Vec<[u32; 3]>, ReadError> {
     if count.checked_mul(13) != Some(bytes.len()) {
-        let what = format!("{count} triangles take 13 bytes each, but {} bytes follow the vertices", bytes.len());
+        let what =
+            format!("{count} triangles take 13 bytes each, but {} bytes follow the vertices", bytes.len());
         return Err(ReadError::invalid(what));
     }
     bytes
         .chunks_exact(13)
         .enumerate()
         .map(|(face, row)| match row[0] {
-            3 => Ok(std::array::from_fn(|k| {
-                u32::from_le_bytes(std::array::from_fn(|b| row[1 + 4 * k + b]))
-            })),
+            3 => Ok(std::array::from_fn(|k| u32::from_le_bytes(std::array::from_fn(|b| row[1 + 4 * k + b])))),
             corners => Err(ReadError::invalid(format!("face {face} has {corners} corners, a bake has 3"))),
         })
         .collect()
@@ -169,12 +168,8 @@ impl Header {
         }
         let json = serde_json::from_str(&json)
             .map_err(|error| ReadError::invalid(format!("the provenance record: {error}")))?;
-        let mut header = Self {
-            provenance: provenance_from_json(&json)?,
-            vertices: 0,
-            faces: 0,
-            properties: Vec::new(),
-        };
+        let mut header =
+            Self { provenance: provenance_from_json(&json)?, vertices: 0, faces: 0, properties: Vec::new() };
         header.parse_elements(text)?;
         Ok((header, &bytes[end + END.len()..]))
     }
