@@ -14,13 +14,17 @@
 //! |---|---|
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
+//! | [`field`] | curvature between the vertices, along rays, and its minimum past a point |
 //! | [`bake`] | meshes with curvature as `.glb` and `.ply` |
+//! | [`inspect`] | what a mesh and its curvature are, in numbers |
 //! | [`reference`] | recorded libigl output and closed forms, and the comparison with them |
 //! | [`shapes`] | parametric surfaces for tests, studies and scenes |
 
 mod atomic;
 pub mod bake;
 pub mod curvature;
+pub mod field;
+pub mod inspect;
 pub mod mesh;
 pub mod reference;
 pub mod shapes;

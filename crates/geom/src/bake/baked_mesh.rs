@@ -1,6 +1,11 @@
 //! [`BakedMesh`]: a mesh with the curvature of every vertex and where it came from.
 
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use crate::Mesh;
 use crate::curvature::{CurvatureOptions, VertexCurvature};
@@ -94,6 +99,33 @@ pub struct Source {
     pub file: String,
     /// SHA-256 of its bytes in lower-case hexadecimal; files that it refers to are not included.
     pub sha256: String,
+}
+
+impl Source {
+    /// The record of a file's bytes.
+    #[must_use]
+    pub fn from_bytes(file: &str, bytes: &[u8]) -> Self {
+        Self { file: file.to_owned(), sha256: format!("{:x}", Sha256::digest(bytes)) }
+    }
+
+    /// The record of a file, read in pieces.
+    ///
+    /// # Errors
+    ///
+    /// What the file system says.
+    pub fn read(path: &Path) -> io::Result<Self> {
+        let mut file = File::open(path)?;
+        let mut digest = Sha256::new();
+        let mut piece = vec![0; 1 << 18];
+        loop {
+            match file.read(&mut piece)? {
+                0 => break,
+                length => digest.update(&piece[..length]),
+            }
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { file: name, sha256: format!("{:x}", digest.finalize()) })
+    }
 }
 
 /// Which way the triangles face.

@@ -25,6 +25,7 @@ mod glb_read;
 mod glb_write;
 mod ply;
 mod rows;
+mod run;
 
 use std::path::Path;
 
@@ -32,6 +33,7 @@ pub use baked_mesh::{BakedMesh, FORMAT_VERSION, Facing, NormalSource, Provenance
 pub use error::{ReadError, WriteError};
 pub use glb_write::write_glb;
 pub use ply::{Precision, write_ply};
+pub use run::{BakeOptions, bake};
 
 /// Reads a `.glb` or `.ply` that [`write_glb`] or [`write_ply`] wrote.
 ///

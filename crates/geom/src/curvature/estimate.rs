@@ -9,7 +9,7 @@ use super::moments::Points;
 use super::walker::Walker;
 use super::{CurvatureOptions, Method, OptionsError, Status, VertexCurvature, libigl, quadric};
 use crate::Vec3;
-use crate::mesh::{Adjacency, Link, Surface, angle_weighted_normals, triangle_normal, vertex_link};
+use crate::mesh::{Adjacency, Link, Surface, area_weighted_normals, triangle_normal, vertex_link};
 
 /// Estimates principal curvature at every vertex of a surface; entry `i` belongs to surface vertex `i`.
 ///
@@ -58,12 +58,16 @@ pub(crate) struct Prepared<'a> {
 #[derive(Debug)]
 pub(crate) struct Scratch<'a> {
     pub(crate) walker: Walker<'a>,
-    pub(crate) points: Points,
+    /// All points of a fit, or the near ones where the fit tells them apart.
+    pub(crate) inner: Points,
+    /// The far ones.
+    pub(crate) outer: Points,
 }
 
 impl<'a> Scratch<'a> {
     fn new(prepared: &'a Prepared<'a>) -> Self {
-        Self { walker: Walker::new(prepared.positions, &prepared.ring), points: Points::default() }
+        let walker = Walker::new(prepared.positions, &prepared.ring);
+        Self { walker, inner: Points::default(), outer: Points::default() }
     }
 }
 
@@ -125,14 +129,14 @@ fn vertex_status(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacenc
         .collect()
 }
 
-/// Angle-weighted normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the
+/// Area-weighted normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the
 /// first incident triangle that has one. Zero where there is none.
 fn usable_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
     let stand_in = |vertex: usize| {
         let mut incident = incident.row(vertex).iter();
         incident.find_map(|&t| triangle_normal(triangles[t as usize].map(|v| positions[v as usize])))
     };
-    let normals = angle_weighted_normals(positions, triangles, incident);
+    let normals = area_weighted_normals(positions, triangles, incident);
     let usable = |(vertex, normal): (usize, Option<Vec3>)| normal.or_else(|| stand_in(vertex));
     normals.into_iter().enumerate().map(|n| usable(n).unwrap_or_else(Vec3::zeros)).collect()
 }

@@ -39,8 +39,8 @@ pub(crate) fn estimate_vertex(
     let Some(length) = project(prepared, vertex, &frame, scratch) else {
         return VertexCurvature::undetermined(Status::RankDeficient);
     };
-    let coefficients = fit(&scratch.points, length);
-    let points = &scratch.points;
+    let coefficients = fit(&scratch.inner, length);
+    let points = &scratch.inner;
     let [a, b, c, d, e]: [f64; 5] = coefficients.into();
     let (ee, ff, gg) = (1.0 + d * d, d * e, 1.0 + e * e);
     let inverse_norm = 1.0 / (1.0 + d * d + e * e).sqrt();
@@ -94,7 +94,7 @@ fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut 
     if largest == 0.0 || !largest.is_finite() {
         return None;
     }
-    let points = &mut scratch.points;
+    let points = &mut scratch.inner;
     points.clear();
     for member in members.iter().filter(|m| keep_all || facing(m)) {
         let local: Vec3 = offset(member) / largest;

@@ -44,12 +44,16 @@ pub(crate) struct NormalEquations {
     right: Coefficients,
     /// `sum w z^2`.
     squares: f64,
+    /// `sum w`.
+    weight: f64,
+    /// `sum w u` and `sum w v`.
+    first: [f64; 2],
 }
 
 /// Lanes that are summed side by side; the compiler turns them into vector registers.
 const LANES: usize = 4;
-/// 12 moments of `u, v`, 5 with `z`, and `z^2`.
-const SUMS: usize = 18;
+/// 12 moments of `u, v` of degree 2 to 4, 5 with `z`, `z^2`, and 3 of degree 0 and 1.
+const SUMS: usize = 21;
 
 impl NormalEquations {
     /// Sums over all points, in an order that depends on their number only.
@@ -73,7 +77,29 @@ impl NormalEquations {
     }
 
     fn from_sums(s: &[f64; SUMS]) -> Self {
-        let &[u4, u3v, u2v2, uv3, v4, u3, u2v, uv2, v3, u2, uv, v2, zu2, zuv, zv2, zu, zv, squares] = s;
+        let &[
+            u4,
+            u3v,
+            u2v2,
+            uv3,
+            v4,
+            u3,
+            u2v,
+            uv2,
+            v3,
+            u2,
+            uv,
+            v2,
+            zu2,
+            zuv,
+            zv2,
+            zu,
+            zv,
+            squares,
+            weight,
+            u1,
+            v1,
+        ] = s;
         #[rustfmt::skip]
         let matrix = Matrix5::new(
             u4,   u3v,  u2v2, u3,  u2v,
@@ -82,7 +108,36 @@ impl NormalEquations {
             u3,   u2v,  uv2,  u2,  uv,
             u2v,  uv2,  v3,   uv,  v2,
         );
-        Self { matrix, right: Coefficients::new(zu2, zuv, zv2, zu, zv), squares }
+        Self { matrix, right: Coefficients::new(zu2, zuv, zv2, zu, zv), squares, weight, first: [u1, v1] }
+    }
+
+    /// The equations of both sets of points.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self {
+            matrix: self.matrix + other.matrix,
+            right: self.right + other.right,
+            squares: self.squares + other.squares,
+            weight: self.weight + other.weight,
+            first: [self.first[0] + other.first[0], self.first[1] + other.first[1]],
+        }
+    }
+
+    /// Sum of all weights.
+    pub(crate) fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// The right-hand side that a height of one at every point gives.
+    pub(crate) fn constant(&self) -> Coefficients {
+        let m = &self.matrix;
+        Coefficients::new(m[(3, 3)], m[(3, 4)], m[(4, 4)], self.first[0], self.first[1])
+    }
+
+    /// Squared distance to the points that determine second derivatives: `sum w r^4 / sum w r^2`. The error that the
+    /// surface's fourth derivatives cause is proportional to it.
+    pub(crate) fn reach_squared(&self) -> f64 {
+        let m = &self.matrix;
+        (m[(0, 0)] + 2.0 * m[(0, 2)] + m[(2, 2)]) / (m[(3, 3)] + m[(4, 4)])
     }
 
     /// Solves by Cholesky after scaling the diagonal to one. `None` when a pivot falls below `least_pivot`: then the
@@ -148,6 +203,16 @@ impl Solution {
         self.factor.solve_lower_triangular_mut(&mut x);
         x.norm_squared()
     }
+
+    /// `direction . N^-1 right`: what a change of the right-hand side does to `direction . coefficients`.
+    pub(crate) fn response(&self, direction: &Coefficients, right: &Coefficients) -> f64 {
+        let solve = |x: &Coefficients| {
+            let mut x = x.component_mul(&self.scale);
+            self.factor.solve_lower_triangular_mut(&mut x);
+            x
+        };
+        solve(direction).dot(&solve(right))
+    }
 }
 
 #[inline(always)]
@@ -175,6 +240,9 @@ fn add(sums: &mut [[f64; LANES]; SUMS], &[u, v, z, w]: &[[f64; LANES]; 4]) {
         mul(wu, z),
         mul(wv, z),
         mul(mul(w, z), z),
+        w,
+        wu,
+        wv,
     ];
     for (sum, term) in sums.iter_mut().zip(terms) {
         for lane in 0..LANES {
@@ -216,6 +284,10 @@ mod tests {
         let direction = Coefficients::new(1.0, -2.0, 0.5, 0.0, 3.0);
         let expected = (direction.transpose() * inverse * direction)[0];
         let found = solution.variance_along(&direction);
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        let right = equations.constant();
+        let expected = (direction.transpose() * inverse * right)[0];
+        let found = solution.response(&direction, &right);
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
     }
 

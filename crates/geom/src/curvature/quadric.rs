@@ -1,9 +1,10 @@
-//! The quadric fit done right: distance-scaled, weighted, with the exact shape operator.
+//! The quadric fit done right: distance-scaled, weighted, with the exact shape operator and an error estimate.
 
 use super::estimate::{Prepared, Scratch};
 use super::moments::{Coefficients, NormalEquations, Solution};
 use super::shape_operator::{Frame, principal_of_height};
-use super::{Neighbourhood, Status, VertexCurvature};
+use super::{Neighbourhood, Principal, Status, VertexCurvature};
+use crate::Vec3;
 
 /// A fit has five coefficients; one more neighbour leaves a residual to judge it by.
 const LEAST_NEIGHBOURS: usize = 6;
@@ -17,6 +18,13 @@ const LEAST_PIVOT: f64 = 1e-7;
 /// triangle-wide ribbon would go on to its end.
 const ENLARGEMENTS: u32 = 6;
 
+/// Squared distance, in units of the farthest neighbour's, that divides the inner neighbours from the outer ones. On a
+/// regular mesh the inner ones are the first of two rings, or the first three of five.
+const INNER: f64 = 0.5;
+
+/// Standard errors that bound the noise in the worse of two curvatures for about 95 % of the vertices.
+const CONFIDENCE: f64 = 2.2;
+
 pub(crate) fn estimate_vertex(
     prepared: &Prepared<'_>,
     vertex: usize,
@@ -24,7 +32,7 @@ pub(crate) fn estimate_vertex(
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
     let normal = prepared.normals[vertex];
-    if normal == crate::Vec3::zeros() {
+    if normal == Vec3::zeros() {
         return VertexCurvature::undetermined(Status::Isolated);
     }
     let frame = Frame::around(normal);
@@ -37,16 +45,13 @@ pub(crate) fn estimate_vertex(
         }
         previous = gathered;
         let Some(length) = project(prepared, vertex, &frame, scratch) else { continue };
-        if scratch.points.len() < LEAST_NEIGHBOURS {
+        if scratch.inner.len() + scratch.outer.len() < LEAST_NEIGHBOURS {
             continue;
         }
         status = Status::RankDeficient;
-        if let Some(solution) = NormalEquations::accumulate(&scratch.points).solve(LEAST_PIVOT) {
-            let principal = principal_of_height(&solution.coefficients, length, &frame);
-            if principal.kappa_max.is_finite() && principal.kappa_min.is_finite() {
-                let error = standard_error(&solution, scratch.points.len(), length);
-                return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
-            }
+        if let Some((principal, error)) = fit(scratch, length, &frame) {
+            let error = error + rounding_error(&prepared.positions[vertex], length);
+            return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
         }
     }
     VertexCurvature::undetermined(status)
@@ -71,12 +76,13 @@ fn gather(
     }
 }
 
-/// Writes the members as points in the frame, in units of the distance to the farthest one, which is returned; `None`
-/// when all coincide.
+/// Writes the members as inner and outer points in the frame, in units of the distance to the farthest one, which is
+/// returned; `None` when all coincide.
 ///
-/// The weight falls with distance, `1 - r^2 / (4/3)` with `r` in `[0, 1]`, so that far neighbours, whose heights deviate
-/// most from a quadric, count least; it also falls with the angle between normals and is zero for a neighbour that faces
-/// away, so that the other side of a thin sheet or a sharp crease does not take part.
+/// The weight falls with the distance `r` in `[0, 1]` as `(1 - 0.9 r^2)^2`, so that far neighbours, whose heights deviate
+/// most from a quadric, count least; the farthest keep 1 %, which a bare first ring needs to determine the fit. It also
+/// falls with the angle between normals and is zero for a neighbour that faces away, so that the other side of a thin sheet
+/// does not take part.
 fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut Scratch<'_>) -> Option<f64> {
     let origin = prepared.positions[vertex];
     let members = &scratch.walker.members()[1..];
@@ -88,31 +94,60 @@ fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut 
     }
     let farthest = members.iter().map(|m| (offset(m) / largest).norm_squared()).fold(0.0, f64::max).sqrt();
     let length = farthest * largest;
-    let points = &mut scratch.points;
-    points.clear();
+    scratch.inner.clear();
+    scratch.outer.clear();
     for member in members {
         let local = offset(member) / length;
         let facing = frame.n.dot(&prepared.normals[*member as usize]);
         if facing > 0.0 {
-            let weight = facing * (1.0 - 0.75 * local.norm_squared());
-            points.push(local.dot(&frame.t), local.dot(&frame.s), local.dot(&frame.n), weight);
+            let squared = local.norm_squared();
+            let fall = 1.0 - 0.9 * squared;
+            let points = if squared < INNER { &mut scratch.inner } else { &mut scratch.outer };
+            points.push(local.dot(&frame.t), local.dot(&frame.s), local.dot(&frame.n), facing * fall * fall);
         }
     }
     Some(length)
 }
 
-/// One standard error of the worse curvature, 1/length, from the residuals of the fit.
-///
-/// Residuals hold both noise and the surface's own terms of third and higher order, so on clean data the estimate is
-/// larger than the true error, which comes from the fourth order only. Slopes of the frame are not taken into account.
-fn standard_error(solution: &Solution, count: usize, length: f64) -> f64 {
-    let variance = solution.squares_left / (count - 5) as f64;
-    let directions = [
-        Coefficients::new(2.0, 0.0, 0.0, 0.0, 0.0),
-        Coefficients::new(0.0, 0.0, 2.0, 0.0, 0.0),
-        Coefficients::new(1.0, 1.0, 1.0, 0.0, 0.0),
-        Coefficients::new(1.0, -1.0, 1.0, 0.0, 0.0),
-    ];
-    let worst = directions.iter().map(|d| solution.variance_along(d)).fold(0.0, f64::max);
-    (variance * worst).sqrt() / length
+/// The curvature of all points together and its estimated error, 1/length; `None` if they do not determine it.
+fn fit(scratch: &Scratch<'_>, length: f64, frame: &Frame) -> Option<(Principal, f64)> {
+    let inner = NormalEquations::accumulate(&scratch.inner);
+    let all = inner.plus(&NormalEquations::accumulate(&scratch.outer));
+    let solution = all.solve(LEAST_PIVOT)?;
+    let principal = principal_of_height(&solution.coefficients, length, frame);
+    if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
+        return None;
+    }
+    let count = scratch.inner.len() + scratch.outer.len();
+    let noise = CONFIDENCE * standard_error(&all, &solution, count) / length;
+    let bias = inner.solve(LEAST_PIVOT).map_or(0.0, |solution| {
+        let nearer = principal_of_height(&solution.coefficients, length, frame);
+        let change = (principal.kappa_max - nearer.kappa_max)
+            .abs()
+            .max((principal.kappa_min - nearer.kappa_min).abs());
+        let (reach, inner_reach) = (all.reach_squared(), inner.reach_squared());
+        change * reach / (reach - inner_reach)
+    });
+    Some((principal, noise.hypot(bias)))
+}
+
+/// One standard error of the worse curvature in units of the neighbourhood, from the residuals of the fit, for heights
+/// that carry independent noise. The vertex's own noise moves all heights together, since the fit passes through it.
+fn standard_error(all: &NormalEquations, solution: &Solution, count: usize) -> f64 {
+    let freedom = 1.0 - 5.0 / count as f64;
+    let variance = solution.squares_left / (all.weight() * freedom);
+    let directions = [[2.0, 0.0, 0.0], [0.0, 0.0, 2.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]];
+    let worst = directions
+        .iter()
+        .map(|&[a, b, c]| {
+            let direction = Coefficients::new(a, b, c, 0.0, 0.0);
+            solution.variance_along(&direction) + solution.response(&direction, &all.constant()).powi(2)
+        })
+        .fold(0.0, f64::max);
+    (variance * worst).sqrt()
+}
+
+/// What the rounding of the coordinates can do to a second difference over `length`.
+fn rounding_error(position: &Vec3, length: f64) -> f64 {
+    4.0 * f64::EPSILON * (position.amax() / length) / length
 }

@@ -4,15 +4,17 @@ use rayon::prelude::*;
 
 use super::weld::index_u32;
 
-/// Marks a triangle side with no single neighbour.
-const NONE: u32 = u32::MAX;
+/// Marks a triangle side that no other triangle shares.
+const BOUNDARY: u32 = u32::MAX;
+/// Marks a triangle side that two or more others share.
+const NON_MANIFOLD: u32 = u32::MAX - 1;
 
 /// Edges of a triangle mesh and what lies across them.
 ///
 /// Degenerate triangles (a repeated vertex) are no part of it: they have no neighbours and belong to no component.
 #[derive(Debug, Clone)]
 pub struct Topology {
-    /// Half-edge `3 t' + side'` across side `i` of triangle `t` (from corner `i` to corner `i + 1`), or `NONE`.
+    /// Half-edge `3 t' + side'` across side `i` of triangle `t` (from corner `i` to corner `i + 1`), or a mark.
     across: Vec<[u32; 3]>,
     /// Undirected edges with one triangle.
     pub boundary_edges: usize,
@@ -46,7 +48,7 @@ impl Topology {
     /// If there are more than `u32::MAX / 3` triangles.
     #[must_use]
     pub fn new(triangles: &[[u32; 3]]) -> Self {
-        assert!(triangles.len() < (NONE / 3) as usize, "too many triangles for 32-bit half-edges");
+        assert!(triangles.len() < (NON_MANIFOLD / 3) as usize, "too many triangles for 32-bit half-edges");
         let proper = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
         let mut sides: Vec<(u32, u32, u32)> = triangles
             .par_iter()
@@ -61,7 +63,7 @@ impl Topology {
             .collect();
         sides.par_sort_unstable();
         let mut topology = Self {
-            across: vec![[NONE; 3]; triangles.len()],
+            across: vec![[BOUNDARY; 3]; triangles.len()],
             boundary_edges: 0,
             non_manifold_edges: 0,
             inconsistent_edges: 0,
@@ -78,7 +80,12 @@ impl Topology {
                     topology.across[(one / 3) as usize][(one % 3) as usize] = two;
                     topology.across[(two / 3) as usize][(two % 3) as usize] = one;
                 }
-                _ => topology.non_manifold_edges += 1,
+                many => {
+                    topology.non_manifold_edges += 1;
+                    for &(_, _, half) in many {
+                        topology.across[(half / 3) as usize][(half % 3) as usize] = NON_MANIFOLD;
+                    }
+                }
             }
         }
         topology
@@ -94,7 +101,17 @@ impl Topology {
     #[must_use]
     pub fn across(&self, triangle: usize, side: usize) -> Option<(usize, usize)> {
         let half = self.across[triangle][side];
-        (half != NONE).then_some(((half / 3) as usize, (half % 3) as usize))
+        (half < NON_MANIFOLD).then_some(((half / 3) as usize, (half % 3) as usize))
+    }
+
+    /// Whether no other triangle shares this side. False at edges with three or more triangles.
+    ///
+    /// # Panics
+    ///
+    /// If `triangle` is out of range or `side > 2`.
+    #[must_use]
+    pub fn is_boundary(&self, triangle: usize, side: usize) -> bool {
+        self.across[triangle][side] == BOUNDARY
     }
 
     /// Whether all neighbours agree on which side is out. Edges with three or more triangles are not judged.

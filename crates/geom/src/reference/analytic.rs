@@ -43,8 +43,23 @@ pub enum Shape {
         /// Direction of the normal, up to sign.
         axis: Axis,
     },
-    /// `z = x y`, normal towards +z.
-    Saddle,
+    /// `z = x y` or, the same surface turned by 45 degrees, `z = (x^2 - y^2) / 2`; normal towards +z.
+    Saddle {
+        /// Which of the two.
+        form: SaddleForm,
+    },
+}
+
+/// How a saddle is turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SaddleForm {
+    /// As fits the vertices better.
+    #[default]
+    Fitted,
+    /// `z = x y`.
+    Product,
+    /// `z = (x^2 - y^2) / 2`.
+    Squares,
 }
 
 /// A coordinate axis, or the one that fits the vertices best.
@@ -80,7 +95,7 @@ pub struct NotOnShape {
 /// Words that name no shape.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "{0:?} is no shape; write sphere:R, torus:A,r, cylinder:R, ellipsoid:a,b,c, plane or saddle (z = x y), with positive numbers, r < A, and optionally an axis as in torus:1,0.45,z or plane:z"
+    "{0:?} is no shape; write sphere:R, torus:A,r, cylinder:R, ellipsoid:a,b,c, plane or saddle (z = x y or z = (x^2 - y^2) / 2), with positive numbers, r < A, and optionally an axis as in torus:1,0.45,z or plane:z"
 )]
 pub struct ParseShapeError(String);
 
@@ -111,7 +126,7 @@ impl FromStr for Shape {
             ("cylinder", &[radius], axis) => Ok(Self::Cylinder { radius, axis }),
             ("ellipsoid", &[a, b, c], Axis::Fitted) => Ok(Self::Ellipsoid { axes: Vec3::new(a, b, c) }),
             ("plane", [], axis) => Ok(Self::Plane { axis }),
-            ("saddle", [], Axis::Fitted) => Ok(Self::Saddle),
+            ("saddle", [], Axis::Fitted) => Ok(Self::Saddle { form: SaddleForm::Fitted }),
             _ => Err(fail()),
         }
     }
@@ -131,7 +146,7 @@ impl fmt::Display for Shape {
             Self::Cylinder { radius, axis } => write!(f, "cylinder:{radius}{}", suffix(axis)),
             Self::Ellipsoid { axes } => write!(f, "ellipsoid:{},{},{}", axes.x, axes.y, axes.z),
             Self::Plane { axis } => write!(f, "plane{}", suffix(axis).replace(',', ":")),
-            Self::Saddle => write!(f, "saddle"),
+            Self::Saddle { .. } => write!(f, "saddle"),
         }
     }
 }
@@ -150,7 +165,7 @@ impl Shape {
     ///
     /// The vertex farthest from the shape, when it is farther than 1e-5 of the shape's size.
     pub fn expected(&self, positions: &[Vec3]) -> Result<Vec<Expected>, NotOnShape> {
-        let shape = self.with_fitted_axis(positions);
+        let shape = self.fitted(positions);
         let offset = shape.plane_offset(positions);
         let reach = positions.iter().map(|p| (p - offset).amax()).fold(0.0, f64::max);
         let allowed = ON_SHAPE * reach.max(shape.size());
@@ -166,27 +181,26 @@ impl Shape {
         Ok(expected.collect())
     }
 
-    fn with_fitted_axis(self, positions: &[Vec3]) -> Self {
-        let with = |axis: Axis| match self {
-            Self::Torus { major, minor, .. } => Self::Torus { major, minor, axis },
-            Self::Cylinder { radius, .. } => Self::Cylinder { radius, axis },
-            Self::Plane { .. } => Self::Plane { axis },
-            other => other,
+    /// The shape with what was left to be fitted decided by the vertices.
+    fn fitted(self, positions: &[Vec3]) -> Self {
+        // y first, so that it wins a tie.
+        let axes = [Axis::Y, Axis::Z, Axis::X];
+        let candidates: Vec<Self> = match self {
+            Self::Torus { major, minor, axis: Axis::Fitted } => {
+                axes.map(|axis| Self::Torus { major, minor, axis }).to_vec()
+            }
+            Self::Cylinder { radius, axis: Axis::Fitted } => {
+                axes.map(|axis| Self::Cylinder { radius, axis }).to_vec()
+            }
+            Self::Plane { axis: Axis::Fitted } => axes.map(|axis| Self::Plane { axis }).to_vec(),
+            Self::Saddle { form: SaddleForm::Fitted } => {
+                [SaddleForm::Product, SaddleForm::Squares].map(|form| Self::Saddle { form }).to_vec()
+            }
+            _ => return self,
         };
-        let (Self::Torus { axis, .. } | Self::Cylinder { axis, .. } | Self::Plane { axis }) = self else {
-            return self;
-        };
-        if axis != Axis::Fitted {
-            return self;
-        }
         let worst =
             |shape: &Self| shape.farthest(positions, shape.plane_offset(positions)).map_or(0.0, |(_, d)| d);
-        // y first, so that it wins a tie.
-        [Axis::Y, Axis::Z, Axis::X]
-            .map(with)
-            .into_iter()
-            .min_by(|a, b| worst(a).total_cmp(&worst(b)))
-            .expect("three candidates")
+        candidates.into_iter().min_by(|a, b| worst(a).total_cmp(&worst(b))).unwrap_or(self)
     }
 
     /// For a plane a point on it; zero for the shapes that are centred at the origin.
@@ -210,7 +224,7 @@ impl Shape {
             Self::Torus { major, .. } => major,
             Self::Ellipsoid { axes } => axes.amax(),
             Self::Plane { .. } => 0.0,
-            Self::Saddle => 1.0,
+            Self::Saddle { .. } => 1.0,
         }
     }
 
@@ -228,8 +242,8 @@ impl Shape {
                 value.abs() / gradient.norm()
             }
             Self::Plane { axis } => axis.split(p).0.abs(),
-            Self::Saddle => {
-                let (value, gradient, _) = saddle(p);
+            Self::Saddle { form } => {
+                let (value, gradient, _) = saddle(form, p);
                 value.abs() / gradient.norm()
             }
         }
@@ -259,8 +273,8 @@ impl Shape {
                 level_set_curvature(&gradient, &hessian)
             }
             Self::Plane { axis } => Exact { kappa_max: 0.0, kappa_min: 0.0, d1: any_tangent(&axis.unit()) },
-            Self::Saddle => {
-                let (_, gradient, hessian) = saddle(p);
+            Self::Saddle { form } => {
+                let (_, gradient, hessian) = saddle(form, p);
                 level_set_curvature(&gradient, &hessian)
             }
         }
@@ -291,10 +305,18 @@ fn ellipsoid(axes: &Vec3, p: &Vec3) -> (f64, Vec3, Mat3) {
     (0.5 * p.dot(&gradient) - 1.0, gradient, Mat3::from_diagonal(&(2.0 * inverse_squares)))
 }
 
-/// `F = z - x y`, which grows towards +z.
-fn saddle(p: &Vec3) -> (f64, Vec3, Mat3) {
-    let hessian = Mat3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    (p.z - p.x * p.y, Vec3::new(-p.y, -p.x, 1.0), hessian)
+/// `F = z - f(x, y)`, which grows towards +z.
+fn saddle(form: SaddleForm, p: &Vec3) -> (f64, Vec3, Mat3) {
+    match form {
+        SaddleForm::Fitted | SaddleForm::Product => {
+            let hessian = Mat3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+            (p.z - p.x * p.y, Vec3::new(-p.y, -p.x, 1.0), hessian)
+        }
+        SaddleForm::Squares => {
+            let hessian = Mat3::from_diagonal(&Vec3::new(-1.0, 1.0, 0.0));
+            (p.z - 0.5 * (p.x + p.y) * (p.x - p.y), Vec3::new(-p.x, p.y, 1.0), hessian)
+        }
+    }
 }
 
 /// Principal curvatures of a level set with outward normal `grad F / |grad F|`: the eigenvalues of `H / |grad F|`
@@ -344,6 +366,11 @@ mod tests {
         assert_eq!((max, min), (2.0, -1.0 / 1.5));
         let (max, min, _) = known("saddle", &[Vec3::zeros()])[0];
         assert!((max - 1.0).abs() < 1e-15 && (min + 1.0).abs() < 1e-15, "{max} {min}");
+        let (x, y) = (0.3, 0.7);
+        let squares = known("saddle", &[Vec3::new(x, y, 0.5 * (x * x - y * y))])[0];
+        let turned = Vec3::new((x + y) / 2f64.sqrt(), (x - y) / 2f64.sqrt(), 0.0);
+        let product = known("saddle", &[turned + Vec3::z() * (turned.x * turned.y)])[0];
+        assert!((squares.0 - product.0).abs() < 1e-14 && (squares.1 - product.1).abs() < 1e-14);
         // At the end of half-axis a the curvatures are a/b^2 and a/c^2.
         let (max, min, d1) = known("ellipsoid:3,2,1", &[Vec3::x() * 3.0])[0];
         assert!((max - 3.0).abs() < 1e-14 && (min - 0.75).abs() < 1e-14, "{max} {min}");

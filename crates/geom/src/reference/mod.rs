@@ -10,7 +10,7 @@ mod matching;
 mod npz;
 mod quantiles;
 
-pub use analytic::{Axis, NotOnShape, ParseShapeError, Shape};
+pub use analytic::{Axis, NotOnShape, ParseShapeError, SaddleForm, Shape};
 pub use compare::{
     Bounds, CompareOptions, Comparison, DEFAULT_CONDITION_LIMIT, Expected, SkipReason, Skipped, WorstVertex,
     compare,
