@@ -14,9 +14,11 @@
 //! |---|---|
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
+//! | [`rays`] | watertight ray tracing against triangles, in `f32` |
 
 pub mod curvature;
 pub mod mesh;
+pub mod rays;
 
 pub use mesh::{Material, Mesh, MeshError, Part};
 
