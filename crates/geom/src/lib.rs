@@ -19,6 +19,7 @@
 //! | [`inspect`] | what a mesh and its curvature are, in numbers |
 //! | [`reference`] | recorded libigl output and closed forms, and the comparison with them |
 //! | [`shapes`] | parametric surfaces for tests, studies and scenes |
+//! | [`rays`] | watertight ray tracing against triangles, in `f32` |
 
 mod atomic;
 pub mod bake;
@@ -28,6 +29,7 @@ pub mod inspect;
 pub mod mesh;
 pub mod reference;
 pub mod shapes;
+pub mod rays;
 
 pub use atomic::write_atomically;
 pub use mesh::{Material, Mesh, MeshError, Part};
