@@ -12,10 +12,12 @@
 //!
 //! | module | what it holds |
 //! |---|---|
+//! | [`io`] | reading OBJ, PLY, STL, glTF and GLB |
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
 
 pub mod curvature;
+pub mod io;
 pub mod mesh;
 
 pub use mesh::{Material, Mesh, MeshError, Part};

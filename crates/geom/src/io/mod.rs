@@ -1,0 +1,5 @@
+//! Reading mesh files.
+
+mod corners;
+mod polygon;
+mod warnings;
