@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{PlyError, StlError};
+use super::{ObjError, PlyError, StlError};
 use crate::MeshError;
 
 /// What is wrong with a mesh file. The message names the element and the value.
@@ -17,6 +17,9 @@ pub enum ReadProblem {
     /// The data read makes no valid mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// Not a valid OBJ file.
+    #[error(transparent)]
+    Obj(#[from] ObjError),
     /// Not a valid PLY file.
     #[error(transparent)]
     Ply(#[from] PlyError),

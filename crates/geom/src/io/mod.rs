@@ -2,12 +2,16 @@
 
 mod corners;
 mod error;
+mod files;
+mod obj;
 mod ply;
 mod polygon;
 mod stl;
 mod warnings;
 
 pub use error::ReadProblem;
+pub use files::{Resolver, files_beside, no_files};
+pub use obj::{ObjError, read_obj};
 pub use ply::{PlyError, read_ply};
 pub use stl::{StlError, read_stl};
 
