@@ -12,6 +12,7 @@
 //!
 //! | module | what it holds |
 //! |---|---|
+//! | [`io`] | reading OBJ, PLY, STL, glTF and GLB |
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
 //! | [`field`] | curvature between the vertices, along rays, and its minimum past a point |
@@ -26,6 +27,7 @@ pub mod bake;
 pub mod curvature;
 pub mod field;
 pub mod inspect;
+pub mod io;
 pub mod mesh;
 pub mod reference;
 pub mod shapes;
