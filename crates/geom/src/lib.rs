@@ -12,16 +12,28 @@
 //!
 //! | module | what it holds |
 //! |---|---|
+//! | [`io`] | reading OBJ, PLY, STL, glTF and GLB |
 //! | [`mesh`] | [`Mesh`], welding, adjacency, topology, normals, UV scale |
 //! | [`curvature`] | the estimators behind one options struct |
 //! | [`field`] | curvature between the vertices, along rays, and its minimum past a point |
+//! | [`bake`] | meshes with curvature as `.glb` and `.ply` |
+//! | [`inspect`] | what a mesh and its curvature are, in numbers |
+//! | [`reference`] | recorded libigl output and closed forms, and the comparison with them |
 //! | [`shapes`] | parametric surfaces for tests, studies and scenes |
+//! | [`rays`] | watertight ray tracing against triangles, in `f32` |
 
+mod atomic;
+pub mod bake;
 pub mod curvature;
 pub mod field;
+pub mod inspect;
+pub mod io;
 pub mod mesh;
+pub mod rays;
+pub mod reference;
 pub mod shapes;
 
+pub use atomic::write_atomically;
 pub use mesh::{Material, Mesh, MeshError, Part};
 
 /// A point or vector of three `f64` world-space components.

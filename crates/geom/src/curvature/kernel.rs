@@ -2,8 +2,7 @@
 //!
 //! Both do the same operations in the same order, without fused multiply-add, so they give the same bits. The 21 running
 //! sums of eight lanes and the frame just fill the 32 registers of AVX-512; a fit on five rings takes about 0.6 of the time
-//! that it takes with the portable copy alone. AVX2 has half as many registers of half the width, and a copy compiled for
-//! it gained nothing.
+//! that it takes with the portable copy alone.
 
 use super::moments::{LANES, SUMS};
 use super::shape_operator::Frame;

@@ -219,18 +219,13 @@ impl Factor {
     fn solve(&self, right: [f64; 5]) -> [f64; 5] {
         let mut x = right;
         for row in 0..5 {
-            let mut sum = x[row] * self.scale[row];
-            for column in 0..row {
-                sum -= self.lower[row][column] * x[column];
-            }
-            x[row] = sum * self.inverse_pivots[row];
+            let known: f64 = std::iter::zip(&self.lower[row][..row], &x).map(|(l, x)| l * x).sum();
+            x[row] = (x[row] * self.scale[row] - known) * self.inverse_pivots[row];
         }
         for row in (0..5).rev() {
-            let mut sum = x[row];
-            for below in row + 1..5 {
-                sum -= self.lower[below][row] * x[below];
-            }
-            x[row] = sum * self.inverse_pivots[row];
+            let known: f64 =
+                (row + 1..5).zip(&x[row + 1..]).map(|(below, x)| self.lower[below][row] * x).sum();
+            x[row] = (x[row] - known) * self.inverse_pivots[row];
         }
         std::array::from_fn(|i| x[i] * self.scale[i])
     }

@@ -221,6 +221,14 @@ impl Mesh {
         Ok(self)
     }
 
+    /// The same surface turned over: triangles in the opposite order, normals negated. Curvature changes its sign.
+    #[must_use]
+    pub fn flipped(mut self) -> Self {
+        self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        self.normals.iter_mut().flatten().for_each(|n| *n = -*n);
+        self
+    }
+
     /// World-space vertex positions, `[n, 3]`.
     #[must_use]
     pub fn positions(&self) -> &[Vec3] {

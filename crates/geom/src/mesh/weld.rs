@@ -3,13 +3,15 @@
 use std::borrow::Cow;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Mesh;
 use super::triangle_mesh::bbox_diagonal;
 use crate::Vec3;
 
 /// Which vertices are merged before curvature is estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Weld {
     /// Vertices with bitwise equal positions (`-0.0` equals `0.0`). Undoes the splits that seams force on a file.
     #[default]

@@ -1,0 +1,39 @@
+//! From a mesh to a bake.
+
+use super::{BakedMesh, Facing, NormalSource, Provenance, Source};
+use crate::Mesh;
+use crate::curvature::{CurvatureOptions, OptionsError, estimate};
+use crate::mesh::{Surface, Weld};
+
+/// How a mesh is baked.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BakeOptions {
+    /// The estimator and its options.
+    pub curvature: CurvatureOptions,
+    /// Which vertices are merged before the estimate. Default: those of equal position.
+    pub weld: Weld,
+    /// Whether to turn the surface over first. Default: kept.
+    pub facing: Facing,
+}
+
+/// Estimates the curvature of a mesh and spreads it over the copies that seams make of a vertex.
+///
+/// Runs on rayon's current pool; the same bits for any number of threads.
+///
+/// # Errors
+///
+/// Options out of range.
+pub fn bake(mesh: Mesh, source: Source, options: &BakeOptions) -> Result<BakedMesh, OptionsError> {
+    let mesh = match options.facing {
+        Facing::Kept => mesh,
+        Facing::Flipped => mesh.flipped(),
+    };
+    let surface = Surface::new(&mesh, options.weld);
+    let curvature = surface.spread(estimate(&surface, &options.curvature)?);
+    let mut provenance = Provenance::new(source, options.curvature);
+    provenance.weld = options.weld;
+    provenance.facing = options.facing;
+    provenance.normals = if mesh.normals().is_some() { NormalSource::File } else { NormalSource::Computed };
+    drop(surface);
+    Ok(BakedMesh::new(mesh, curvature, provenance))
+}

@@ -1,0 +1,20 @@
+//! What curvature should be: recorded libigl output, closed forms, and the comparison with them.
+//!
+//! A comparison takes one [`Expected`] per vertex. [`ReferenceFile`] and [`Shape`] make them, [`compare()`] measures how
+//! far an estimate is off, relative to `|kappa| + 1 / (bounding box diagonal)`, which no flat vertex makes infinite and
+//! no change of units alters.
+
+mod analytic;
+mod compare;
+mod matching;
+mod npz;
+mod quantiles;
+
+pub use analytic::{Axis, NotOnShape, ParseShapeError, SaddleForm, Shape};
+pub use compare::{
+    Bounds, CompareOptions, Comparison, DEFAULT_CONDITION_LIMIT, Expected, SkipReason, Skipped, WorstVertex,
+    compare,
+};
+pub use matching::{Matching, Triangulation, match_rows};
+pub use npz::{ReferenceError, ReferenceFile, ReferenceSetting};
+pub use quantiles::Quantiles;

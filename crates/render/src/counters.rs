@@ -1,0 +1,52 @@
+//! [`Counters`]: what a render did, to hold against what the plan said it would do.
+
+use serde::Serialize;
+
+/// How often each kind of work was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Counters {
+    /// Samples of pixels.
+    pub samples: u64,
+    /// Rays that look for the closest hit.
+    pub rays: u64,
+    /// Of these, rays that continue a path after its first hit.
+    pub bounce_rays: u64,
+    /// Rays that look for any hit on the way to a light.
+    pub shadow_rays: u64,
+    /// Points drawn on area lights.
+    pub area_light_samples: u64,
+    /// Directional lights looked at.
+    pub directional_samples: u64,
+    /// Directions drawn from the environment.
+    pub environment_samples: u64,
+    /// Texture lookups.
+    pub texture_lookups: u64,
+    /// Surfaces passed because they let light through.
+    pub pass_throughs: u64,
+    /// Points drawn on the lens.
+    pub lens_samples: u64,
+    /// Evaluations of curvature.
+    pub curvature_evaluations: u64,
+    /// Walks over the surface for the curvature filter.
+    pub filter_walks: u64,
+    /// Samples that were not finite and were replaced by black. Anything but 0 is a defect worth reporting.
+    pub discarded_samples: u64,
+}
+
+impl std::ops::AddAssign for Counters {
+    fn add_assign(&mut self, o: Self) {
+        self.samples += o.samples;
+        self.rays += o.rays;
+        self.bounce_rays += o.bounce_rays;
+        self.shadow_rays += o.shadow_rays;
+        self.area_light_samples += o.area_light_samples;
+        self.directional_samples += o.directional_samples;
+        self.environment_samples += o.environment_samples;
+        self.texture_lookups += o.texture_lookups;
+        self.pass_throughs += o.pass_throughs;
+        self.lens_samples += o.lens_samples;
+        self.curvature_evaluations += o.curvature_evaluations;
+        self.filter_walks += o.filter_walks;
+        self.discarded_samples += o.discarded_samples;
+    }
+}

@@ -1,0 +1,278 @@
+//! [`Environment`]: light from infinitely far, from all directions.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::LightSample;
+use crate::distribution::Distribution2d;
+use crate::math::luminance;
+
+/// Light from infinitely far.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Environment {
+    /// None.
+    #[default]
+    Black,
+    /// The same linear RGB radiance from everywhere.
+    Constant(Vec3),
+    /// A latitude-longitude picture.
+    Image {
+        /// The picture.
+        image: Arc<EnvironmentImage>,
+        /// Multiplies the picture's radiance.
+        intensity: f32,
+        /// Turn about +Y in radians; a quarter turn moves what was seen towards -Z to -X.
+        rotation: f32,
+    },
+}
+
+/// Linear RGB radiance over latitude and longitude. The top row is +Y, the middle column is -Z, columns go towards +X.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnvironmentImage {
+    width: usize,
+    height: usize,
+    pixels: Vec<Vec3>,
+}
+
+impl EnvironmentImage {
+    /// Takes pixels row by row. Negative and non-finite components become 0.
+    ///
+    /// # Panics
+    ///
+    /// If there are not `width * height` pixels, or none.
+    #[must_use]
+    pub fn new(width: usize, height: usize, mut pixels: Vec<Vec3>) -> Self {
+        assert!(
+            !pixels.is_empty() && pixels.len() == width * height,
+            "{} pixels for {width} x {height}",
+            pixels.len()
+        );
+        for pixel in &mut pixels {
+            *pixel = Vec3::from(pixel.to_array().map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 }));
+        }
+        Self { width, height, pixels }
+    }
+
+    /// Samples a function of the direction.
+    #[must_use]
+    pub fn from_fn(width: usize, height: usize, radiance: impl Fn(Vec3) -> Vec3) -> Self {
+        let at = |k: usize| {
+            let (x, y) = ((k % width) as f32 + 0.5, (k / width) as f32 + 0.5);
+            radiance(direction_from_uv([x / width as f32, y / height as f32]))
+        };
+        Self::new(width, height, (0..width * height).map(at).collect())
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Bilinear radiance at a position in the unit square; wraps around in x.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "wrapped and clamped into the picture"
+    )]
+    fn lookup(&self, [u, v]: [f32; 2]) -> Vec3 {
+        let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let column = |x: f32| (x as isize).rem_euclid(self.width as isize) as usize;
+        let row = |y: f32| (y.max(0.0) as usize).min(self.height - 1);
+        let texel = |x: f32, y: f32| self.pixels[row(y) * self.width + column(x)];
+        let line = |y: f32| texel(x0, y).lerp(texel(x0 + 1.0, y), x - x0);
+        line(y0).lerp(line(y0 + 1.0), y - y0)
+    }
+}
+
+/// An environment with what sampling it needs.
+#[derive(Debug)]
+pub(crate) struct EnvironmentSampler {
+    kind: Kind,
+    /// Mean luminance over the sphere.
+    mean: f32,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Constant(Vec3),
+    Image { image: Arc<EnvironmentImage>, intensity: f32, sin_cos: [f32; 2], distribution: Distribution2d },
+}
+
+impl EnvironmentSampler {
+    /// `None` if no light comes from the environment.
+    pub(crate) fn new(environment: &Environment) -> Option<Self> {
+        match environment {
+            Environment::Black => None,
+            Environment::Constant(radiance) => (*radiance != Vec3::ZERO)
+                .then(|| Self { kind: Kind::Constant(*radiance), mean: luminance(*radiance) }),
+            Environment::Image { image, intensity, rotation } => {
+                Self::from_image(image, *intensity, *rotation)
+            }
+        }
+    }
+
+    fn from_image(image: &Arc<EnvironmentImage>, intensity: f32, rotation: f32) -> Option<Self> {
+        let weights = cell_weights(image);
+        let total: f64 = weights.iter().sum();
+        if total <= 0.0 || intensity <= 0.0 {
+            return None;
+        }
+        // A row's weight is its luminance times sin(theta), whose mean over the square is 2 / pi.
+        #[allow(clippy::cast_possible_truncation, reason = "a mean in f32")]
+        let mean = (total / weights.len() as f64 * std::f64::consts::FRAC_PI_2) as f32 * intensity;
+        let distribution = Distribution2d::new(image.width, &weights);
+        let sin_cos = [rotation.sin(), rotation.cos()];
+        Some(Self { kind: Kind::Image { image: Arc::clone(image), intensity, sin_cos, distribution }, mean })
+    }
+
+    /// Radiance that arrives from the unit direction `w`.
+    pub(crate) fn radiance(&self, w: Vec3) -> Vec3 {
+        match &self.kind {
+            Kind::Constant(radiance) => *radiance,
+            Kind::Image { image, intensity, sin_cos, .. } => {
+                *intensity * image.lookup(uv_from_direction(turned(w, [-sin_cos[0], sin_cos[1]])))
+            }
+        }
+    }
+
+    /// Draws a direction; for a constant environment a cosine-weighted one around `normal`.
+    pub(crate) fn sample(&self, normal: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let (wi, pdf) = match &self.kind {
+            Kind::Constant(_) => {
+                let local = crate::math::cosine_hemisphere(u);
+                (
+                    crate::math::Frame::new(normal).world_from_local(local),
+                    local.z * std::f32::consts::FRAC_1_PI,
+                )
+            }
+            Kind::Image { sin_cos, distribution, .. } => {
+                let (uv, density) = distribution.sample(u);
+                let w = direction_from_uv(uv);
+                (turned(w, *sin_cos), density * sphere_density(w))
+            }
+        };
+        (pdf > 0.0).then(|| LightSample { wi, distance: f32::INFINITY, radiance: self.radiance(wi), pdf })
+    }
+
+    /// Density with which [`Self::sample`] draws `wi`.
+    pub(crate) fn pdf(&self, normal: Vec3, wi: Vec3) -> f32 {
+        match &self.kind {
+            Kind::Constant(_) => wi.dot(normal).max(0.0) * std::f32::consts::FRAC_1_PI,
+            Kind::Image { sin_cos, distribution, .. } => {
+                let uv = uv_from_direction(turned(wi, [-sin_cos[0], sin_cos[1]]));
+                distribution.pdf(uv) * sphere_density(wi)
+            }
+        }
+    }
+
+    /// Rough irradiance, for choosing among lights.
+    pub(crate) fn importance(&self) -> f32 {
+        std::f32::consts::PI * self.mean
+    }
+}
+
+/// Luminance of each cell of the picture, averaged with its neighbours, times sin(theta).
+///
+/// Bilinear lookup spreads a pixel into its neighbours' cells, so their weight must not be 0 where it does.
+fn cell_weights(image: &EnvironmentImage) -> Vec<f64> {
+    let (width, height) = image.size();
+    let at = |x: usize, y: usize| f64::from(luminance(image.pixels[y * width + x]));
+    let tap = |x: usize, y: usize| {
+        0.25 * at((x + width - 1) % width, y) + 0.5 * at(x, y) + 0.25 * at((x + 1) % width, y)
+    };
+    let cell = |k: usize| {
+        let (x, y) = (k % width, k / width);
+        let sum =
+            0.25 * tap(x, y.saturating_sub(1)) + 0.5 * tap(x, y) + 0.25 * tap(x, (y + 1).min(height - 1));
+        sum * (std::f64::consts::PI * (y as f64 + 0.5) / height as f64).sin()
+    };
+    (0..width * height).map(cell).collect()
+}
+
+/// Solid-angle density, in a direction, of a unit density over the square.
+fn sphere_density(w: Vec3) -> f32 {
+    // At the poles the density is unbounded; f32 directions do not come closer than this.
+    let sine = w.x.hypot(w.z).max(1e-7);
+    1.0 / (2.0 * std::f32::consts::PI * std::f32::consts::PI * sine)
+}
+
+fn direction_from_uv([u, v]: [f32; 2]) -> Vec3 {
+    let (phi, theta) = (std::f32::consts::TAU * (u - 0.5), std::f32::consts::PI * v);
+    Vec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos())
+}
+
+fn uv_from_direction(w: Vec3) -> [f32; 2] {
+    let u = 0.5 + w.x.atan2(-w.z) * (0.5 * std::f32::consts::FRAC_1_PI);
+    [u, w.y.clamp(-1.0, 1.0).acos() * std::f32::consts::FRAC_1_PI]
+}
+
+/// Turns about +Y; a quarter turn takes -Z to -X.
+fn turned(w: Vec3, [sine, cosine]: [f32; 2]) -> Vec3 {
+    Vec3::new(cosine * w.x + sine * w.z, w.y, cosine * w.z - sine * w.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::{Sampler, SamplerKind};
+
+    fn spotted() -> Environment {
+        let image = EnvironmentImage::from_fn(32, 16, |w| {
+            Vec3::splat(if w.dot(Vec3::new(0.6, 0.0, 0.8)) > 0.95 { 50.0 } else { 0.1 + w.y.max(0.0) })
+        });
+        Environment::Image { image: Arc::new(image), intensity: 2.0, rotation: 1.0 }
+    }
+
+    #[test]
+    fn directions_round_trip() {
+        for w in [Vec3::X, Vec3::NEG_Z, Vec3::new(0.48, 0.6, -0.64), Vec3::new(-0.48, -0.6, 0.64)] {
+            let back = direction_from_uv(uv_from_direction(w));
+            assert!((back - w).length() < 1e-6, "{w} {back}");
+        }
+        assert!((turned(Vec3::NEG_Z, [1.0, 0.0]) - Vec3::NEG_X).length() < 1e-6);
+    }
+
+    #[test]
+    fn samples_follow_the_density() {
+        let environment = EnvironmentSampler::new(&spotted()).unwrap();
+        const CELLS: (usize, usize) = (8, 16);
+        const COUNT: u32 = 100_000;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cells of a small grid")]
+        let cell = |w: Vec3| {
+            let row = (((w.y + 1.0) * 0.5 * CELLS.0 as f32) as usize).min(CELLS.0 - 1);
+            let turn = w.z.atan2(w.x) / std::f32::consts::TAU;
+            row * CELLS.1 + (((turn - turn.floor()) * CELLS.1 as f32) as usize).min(CELLS.1 - 1)
+        };
+        let mut observed = vec![0.0; CELLS.0 * CELLS.1];
+        for i in 0..COUNT {
+            let u = Sampler::new(SamplerKind::Independent, 3, 0, i).next_2d();
+            let sample = environment.sample(Vec3::Y, u).unwrap();
+            let pdf = environment.pdf(Vec3::Y, sample.wi);
+            // A direction on a cell border may round into the next cell on the way back, but rarely.
+            observed[cell(sample.wi)] += 1.0;
+            assert!(pdf > 0.0);
+        }
+        let mut expected = vec![0.0; observed.len()];
+        const FINE: usize = 1000;
+        for k in 0..FINE * FINE {
+            let y = 2.0 * ((k / FINE) as f32 + 0.5) / FINE as f32 - 1.0;
+            let phi = std::f32::consts::TAU * ((k % FINE) as f32 + 0.5) / FINE as f32;
+            let r = (1.0 - y * y).sqrt();
+            let w = Vec3::new(r * phi.cos(), y, r * phi.sin());
+            let area = 4.0 * std::f64::consts::PI / (FINE * FINE) as f64;
+            expected[cell(w)] += f64::from(environment.pdf(Vec3::Y, w)) * area * f64::from(COUNT);
+        }
+        crate::test_support::assert_chi_square(&observed, &expected, "environment");
+    }
+
+    #[test]
+    fn mean_is_the_sphere_average() {
+        let constant = EnvironmentImage::from_fn(64, 32, |_| Vec3::ONE);
+        let environment = Environment::Image { image: Arc::new(constant), intensity: 3.0, rotation: 0.0 };
+        let mean = EnvironmentSampler::new(&environment).unwrap().mean;
+        assert!((mean - 3.0).abs() < 0.01, "{mean}");
+    }
+}

@@ -1,0 +1,181 @@
+//! [`plan`]: which effects a scene calls for, why, and what each is expected to cost.
+
+use std::fmt;
+
+use glam::Vec3;
+use serde::Serialize;
+
+use crate::effects::Effects;
+use crate::lights::{Environment, Light};
+use crate::scene::{Material, Scene, SurfaceSource};
+
+/// Whether an effect is simulated, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Decision {
+    /// Which effect.
+    pub effect: &'static str,
+    /// Whether it is simulated.
+    pub needed: bool,
+    /// Why or why not.
+    pub reason: String,
+    /// Expected share of the time to trace one camera ray, 0 if not needed. A forecast for comparing effects, from counts of
+    /// rays and lookups; not a promise.
+    pub relative_cost: f32,
+}
+
+/// What is simulated in a scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectPlan {
+    /// One decision per effect.
+    pub decisions: Vec<Decision>,
+    effects: Effects,
+}
+
+impl EffectPlan {
+    /// The switches for the integrator.
+    #[must_use]
+    pub fn effects(&self) -> Effects {
+        self.effects
+    }
+
+    /// The decision on an effect by its name.
+    #[must_use]
+    pub fn decision(&self, effect: &str) -> Option<&Decision> {
+        self.decisions.iter().find(|d| d.effect == effect)
+    }
+}
+
+impl fmt::Display for EffectPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for d in &self.decisions {
+            let (mark, cost) =
+                if d.needed { ("yes", format!("{:>5.2}", d.relative_cost)) } else { ("no", "    -".into()) };
+            writeln!(f, "{:<20} {mark:<3} {cost}  {}", d.effect, d.reason)?;
+        }
+        Ok(())
+    }
+}
+
+/// Examines a scene for paths of at most `max_depth` surfaces.
+///
+/// Every "no" is exact: the effect could not change a bit of the picture. The picture is colour; curvature is evaluated only
+/// when pictures of curvature are asked for, see [`crate::aov::aovs`].
+#[must_use]
+pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
+    let materials = materials(scene);
+    let rectangles =
+        count(scene, |l| matches!(l, Light::Rectangle(r) if r.radiance != Vec3::ZERO && r.area() > 0.0));
+    let suns = count(
+        scene,
+        |l| matches!(l, Light::Directional { direction, irradiance } if *irradiance != Vec3::ZERO && direction.length() > 0.0),
+    );
+    let environment = environment(scene);
+    let textured = materials.iter().filter(|m| m.textured).count();
+    let see_through = materials.iter().filter(|m| m.opacity < 1.0).count();
+    let interreflection = interreflection(&materials, max_depth);
+    let depth_of_field = scene.camera.has_depth_of_field();
+    let effects = Effects {
+        environment: environment.is_ok(),
+        area_lights: rectangles > 0,
+        directional_lights: suns > 0,
+        interreflection: interreflection.is_ok(),
+        textures: textured > 0,
+        transparency: see_through > 0,
+        depth_of_field,
+    };
+    let baked = scene.objects.iter().filter(|o| o.curvature.is_some()).count();
+    let curvature =
+        format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
+    let decisions = vec![
+        decided("environment", environment, 0.5),
+        counted("area lights", rectangles, "rectangle lights", 0.5),
+        counted("directional lights", suns, "directional lights", 0.3),
+        decided("interreflection", interreflection, 0.8 * (max_depth.min(4) as f32 - 1.0)),
+        counted("textures", textured, "materials have a texture", 0.05),
+        counted("transparency", see_through, "materials let light through", 0.5),
+        Decision {
+            effect: "depth of field",
+            needed: depth_of_field,
+            reason: if depth_of_field { "the lens has an aperture" } else { "the camera is a pinhole" }
+                .into(),
+            relative_cost: if depth_of_field { 0.02 } else { 0.0 },
+        },
+        Decision { effect: "curvature", needed: false, reason: curvature.clone(), relative_cost: 0.0 },
+        Decision { effect: "curvature filter", needed: false, reason: curvature, relative_cost: 0.0 },
+    ];
+    EffectPlan { decisions, effects }
+}
+
+struct Traits {
+    opacity: f32,
+    textured: bool,
+    reflects: bool,
+}
+
+impl Traits {
+    fn of(m: &Material) -> Self {
+        Self {
+            opacity: m.opacity,
+            textured: m.base_color_texture.is_some(),
+            reflects: m.base_color != Vec3::ZERO || m.specular > 0.0 || m.metallic > 0.0,
+        }
+    }
+}
+
+/// What matters of the materials in use. Textures of mesh files are not decoded for this.
+fn materials(scene: &Scene) -> Vec<Traits> {
+    let mut found = Vec::new();
+    for object in &scene.objects {
+        match &object.surface {
+            SurfaceSource::Material(m) => found.push(Traits::of(m)),
+            SurfaceSource::Mesh => found.extend(object.mesh.parts().iter().map(|part| {
+                let textured =
+                    part.material.is_some_and(|m| object.mesh.materials()[m].base_color_texture.is_some());
+                Traits { opacity: 1.0, textured, reflects: true }
+            })),
+        }
+    }
+    found
+}
+
+fn count(scene: &Scene, matches: impl Fn(&Light) -> bool) -> usize {
+    scene.lights.iter().filter(|l| matches(l)).count()
+}
+
+/// The reason for the environment, or against it.
+fn environment(scene: &Scene) -> Result<String, String> {
+    match &scene.environment {
+        Environment::Black => Err("the environment is black".into()),
+        Environment::Constant(c) if *c == Vec3::ZERO => Err("the environment is black".into()),
+        Environment::Constant(_) => Ok("a constant environment".into()),
+        Environment::Image { intensity, .. } if *intensity <= 0.0 => {
+            Err("the environment's intensity is 0".into())
+        }
+        Environment::Image { image, .. } => {
+            let (width, height) = image.size();
+            Ok(format!("a picture of {width} x {height} pixels"))
+        }
+    }
+}
+
+fn interreflection(materials: &[Traits], max_depth: u32) -> Result<String, String> {
+    let reflecting = materials.iter().filter(|m| m.reflects).count();
+    if max_depth <= 1 {
+        Err(format!("paths have at most {max_depth} surface"))
+    } else if reflecting == 0 {
+        Err("no surface reflects light".into())
+    } else {
+        Ok(format!("{reflecting} materials reflect, paths have up to {max_depth} surfaces"))
+    }
+}
+
+fn decided(effect: &'static str, reason: Result<String, String>, cost: f32) -> Decision {
+    let needed = reason.is_ok();
+    let (Ok(reason) | Err(reason)) = reason;
+    Decision { effect, needed, reason, relative_cost: if needed { cost } else { 0.0 } }
+}
+
+fn counted(effect: &'static str, count: usize, what: &str, cost: f32) -> Decision {
+    let reason = if count == 0 { format!("no {what}") } else { format!("{count} {what}") };
+    decided(effect, if count > 0 { Ok(reason) } else { Err(reason) }, cost)
+}

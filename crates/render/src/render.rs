@@ -1,0 +1,241 @@
+//! [`render`]: passes over the image, tile by tile, until a rule says stop.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::counters::Counters;
+use crate::effects::Effects;
+use crate::film::{Film, PixelSum};
+use crate::integrator::{PathLimits, RadianceFn, Strategy, specialised};
+use crate::plan::plan;
+use crate::prepared::{Prepared, SceneError};
+use crate::sampler::{Sampler, SamplerKind};
+use crate::scene::Scene;
+
+/// Side of a tile in pixels: small enough to balance the load, large enough that the overhead does not show.
+const TILE: u32 = 16;
+
+/// Most samples per pixel in one pass. Between passes stopping rules are checked.
+const PASS: u32 = 16;
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StopRule {
+    /// After this many samples per pixel.
+    Samples(u32),
+    /// When [`Film::noise`] is below this, or after `most` samples per pixel.
+    Noise {
+        /// Relative root mean square error.
+        target: f64,
+        /// Bound on the samples per pixel.
+        most: u32,
+    },
+    /// Before this much time has passed, but after one pass. The only rule whose result depends on the machine.
+    Time(Duration),
+}
+
+/// What to compute.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderOptions {
+    /// When to stop. Default: 64 samples per pixel.
+    pub stop: StopRule,
+    /// Most surfaces on a path; 1 is direct light only. Default: 8.
+    pub max_depth: u32,
+    /// Where all random choices come from. Default: 0.
+    pub seed: u64,
+    /// Which points are used. Default: Sobol.
+    pub sampler: SamplerKind,
+    /// How light is gathered. Default: combined.
+    pub strategy: Strategy,
+    /// Effects to simulate instead of the planned ones, to check that planning changes nothing.
+    pub force: Option<Effects>,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            stop: StopRule::Samples(64),
+            max_depth: 8,
+            seed: 0,
+            sampler: SamplerKind::default(),
+            strategy: Strategy::default(),
+            force: None,
+        }
+    }
+}
+
+/// How far a render has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Samples per pixel so far.
+    pub samples: u32,
+    /// Share of the work that is done, in `[0, 1]`; an estimate unless the rule counts samples.
+    pub fraction: f64,
+    /// [`Film::noise`].
+    pub noise: Option<f64>,
+    /// Time since the start.
+    pub elapsed: Duration,
+}
+
+/// A rendered picture and what it took.
+#[derive(Debug, Clone)]
+pub struct Rendering {
+    /// The picture.
+    pub film: Film,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// What was done.
+    pub counters: Counters,
+    /// Effects that were simulated.
+    pub effects: Effects,
+    /// Time to prepare the scene: hierarchy, textures, tables.
+    pub preparation: Duration,
+    /// Time to trace.
+    pub tracing: Duration,
+}
+
+/// Renders a scene on the current rayon pool.
+///
+/// The same scene and options give the same bits on any number of threads, except with [`StopRule::Time`], which may
+/// stop after more or fewer passes. `progress` is called after every pass; breaking ends the render with what there is.
+///
+/// # Errors
+///
+/// A scene that cannot be rendered.
+pub fn render(
+    scene: &Scene,
+    options: &RenderOptions,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Rendering, SceneError> {
+    let start = Instant::now();
+    let (width, height) = (scene.width, scene.height);
+    if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
+        return Err(SceneError::ImageSize { width, height });
+    }
+    let prepared = Prepared::new(scene)?;
+    let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
+    let preparation = start.elapsed();
+    let pass = Pass { scene, prepared: &prepared, options, effects, radiance: specialised(effects) };
+    let mut film = Film::new(width, height);
+    let mut counters = Counters::default();
+    let mut samples = 0;
+    let tracing = Instant::now();
+    while let Some(count) = next_pass(options.stop, samples, film.noise(), tracing.elapsed()) {
+        counters += pass.run(&mut film, samples, count);
+        samples += count;
+        let (noise, elapsed) = (film.noise(), tracing.elapsed());
+        let fraction = fraction(options.stop, samples, noise, elapsed);
+        if progress(&Progress { samples, fraction, noise, elapsed }).is_break() {
+            break;
+        }
+    }
+    Ok(Rendering { film, samples, counters, effects, preparation, tracing: tracing.elapsed() })
+}
+
+/// How many samples the next pass takes, or `None` at the end.
+fn next_pass(stop: StopRule, done: u32, noise: Option<f64>, elapsed: Duration) -> Option<u32> {
+    // Starts small, so that there is something to look at, and that a short time is not overrun by much.
+    let next = done.clamp(2, PASS);
+    match stop {
+        StopRule::Samples(total) => (done < total).then(|| next.min(total - done)),
+        StopRule::Noise { target, most } => {
+            // A few samples can miss a light altogether and look free of noise.
+            let reached = done >= 8 && noise.is_none_or(|noise| noise <= target);
+            (done < most && !reached).then(|| next.min(most - done))
+        }
+        StopRule::Time(limit) => {
+            let per_sample = elapsed.div_f64(f64::from(done.max(1)));
+            (done == 0 || elapsed + per_sample * next < limit).then_some(next)
+        }
+    }
+}
+
+fn fraction(stop: StopRule, done: u32, noise: Option<f64>, elapsed: Duration) -> f64 {
+    match stop {
+        StopRule::Samples(total) => f64::from(done) / f64::from(total),
+        // The error falls with the root of the number of samples.
+        StopRule::Noise { target, most } => {
+            let by_noise = noise.map_or(0.0, |noise| (target / noise).powi(2));
+            by_noise.max(f64::from(done) / f64::from(most)).min(1.0)
+        }
+        StopRule::Time(limit) => (elapsed.as_secs_f64() / limit.as_secs_f64()).min(1.0),
+    }
+}
+
+struct Pass<'a> {
+    scene: &'a Scene,
+    prepared: &'a Prepared,
+    options: &'a RenderOptions,
+    effects: Effects,
+    radiance: RadianceFn,
+}
+
+impl Pass<'_> {
+    /// Adds samples `first..first + count` of every pixel.
+    fn run(&self, film: &mut Film, first: u32, count: u32) -> Counters {
+        let columns = self.scene.width.div_ceil(TILE);
+        let rows = self.scene.height.div_ceil(TILE);
+        // Each tile is summed on its own and merged in order, so threads do not change the result.
+        let tiles: Vec<(Vec<PixelSum>, Counters)> = (0..columns * rows)
+            .into_par_iter()
+            .map(|tile| self.tile(TILE * (tile % columns), TILE * (tile / columns), first, count))
+            .collect();
+        let mut counters = Counters::default();
+        for ((sums, counted), tile) in tiles.iter().zip(0..) {
+            let (x, y) = (TILE * (tile % columns), TILE * (tile / columns));
+            let width = TILE.min(self.scene.width - x);
+            for (row, line) in (y..).zip(sums.chunks(width as usize)) {
+                film.merge_row(x, row, line);
+            }
+            counters += *counted;
+        }
+        counters
+    }
+
+    fn tile(&self, x0: u32, y0: u32, first: u32, count: u32) -> (Vec<PixelSum>, Counters) {
+        let mut counters = Counters::default();
+        let mut sums = Vec::with_capacity((TILE * TILE) as usize);
+        for y in y0..(y0 + TILE).min(self.scene.height) {
+            for x in x0..(x0 + TILE).min(self.scene.width) {
+                let mut sum = PixelSum::default();
+                for index in first..first + count {
+                    let value = self.sample(x, y, index, &mut counters);
+                    sum.add(index, value);
+                }
+                sums.push(sum);
+            }
+        }
+        (sums, counters)
+    }
+
+    fn sample(&self, x: u32, y: u32, index: u32, counters: &mut Counters) -> Vec3 {
+        let pixel = u64::from(y) * u64::from(self.scene.width) + u64::from(x);
+        let stream = 2 * pixel + u64::from(index & 1);
+        let mut sampler = Sampler::new(self.options.sampler, self.options.seed, stream, index >> 1);
+        let [dx, dy] = sampler.next_2d().map(tent);
+        let (px, py) = (x as f32 + 0.5 + dx, y as f32 + 0.5 + dy);
+        let (width, height) = (self.scene.width as f32, self.scene.height as f32);
+        let ray = if self.effects.depth_of_field && self.scene.camera.has_depth_of_field() {
+            counters.lens_samples += 1;
+            self.scene.camera.lens_ray(px, py, width, height, sampler.next_2d())
+        } else {
+            self.scene.camera.pinhole_ray(px, py, width, height)
+        };
+        let limits = PathLimits { max_depth: self.options.max_depth, strategy: self.options.strategy };
+        let value = (self.radiance)(self.prepared, limits, ray, &mut sampler, counters);
+        counters.samples += 1;
+        if value.is_finite() {
+            return value;
+        }
+        counters.discarded_samples += 1;
+        Vec3::ZERO
+    }
+}
+
+/// Turns a uniform number into one distributed as a tent on `[-1, 1]`: the pixel filter, sampled instead of weighted.
+fn tent(u: f32) -> f32 {
+    if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
+}

@@ -1,0 +1,208 @@
+//! What a picture is made of: [`Scene`], [`MeshInstance`], [`Material`].
+
+mod file;
+mod preview;
+
+use std::sync::Arc;
+
+use glam::{Mat3, Vec3};
+use osculate_geom::Mesh;
+use osculate_geom::curvature::VertexCurvature;
+
+pub use file::{LoadedMesh, MeshLoader, SceneFile, SceneFileError};
+pub use preview::PreviewOptions;
+
+use crate::camera::Camera;
+use crate::lights::{Environment, Light};
+use crate::texture::{Texture, TextureError};
+
+/// Everything that a picture shows.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The camera.
+    pub camera: Camera,
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// The meshes.
+    pub objects: Vec<MeshInstance>,
+    /// Light sources at finite places, and directional ones.
+    pub lights: Vec<Light>,
+    /// Light from infinitely far.
+    pub environment: Environment,
+    /// Exposure in stops for pictures of 8 bits: colours are multiplied by 2 to this power.
+    pub exposure: f32,
+}
+
+/// A mesh in the scene.
+#[derive(Debug, Clone)]
+pub struct MeshInstance {
+    /// The mesh. Without normals it is shaded smoothly, with normals weighted by angle.
+    pub mesh: Arc<Mesh>,
+    /// Baked curvature, one entry per mesh vertex.
+    pub curvature: Option<Arc<[VertexCurvature]>>,
+    /// Curvature along a direction, for the pictures that show it.
+    pub field: Option<Arc<dyn DirectionalCurvature>>,
+    /// What it is made of.
+    pub surface: SurfaceSource,
+    /// Where it stands.
+    pub placement: Placement,
+    /// Whether the object is part of the studio: framing, curvature pictures and their ranges leave it out.
+    pub role: Role,
+}
+
+/// Whether an object is what the picture is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Role {
+    /// What the picture shows.
+    #[default]
+    Subject,
+    /// What it stands on or in front of.
+    Backdrop,
+}
+
+/// Where an object's material comes from.
+#[derive(Debug, Clone, Default)]
+pub enum SurfaceSource {
+    /// From the parts of the mesh; a light grey where they name none.
+    #[default]
+    Mesh,
+    /// One material for all of it.
+    Material(Material),
+}
+
+/// Curvature at any point of a mesh along any direction, in the mesh's own space.
+///
+/// `triangle` and `barycentrics` name the point; `direction` need not be unit or tangent. `None` where the data does not
+/// determine a curvature.
+pub trait DirectionalCurvature: std::fmt::Debug + Send + Sync {
+    /// Curvature along the direction, 1/length.
+    fn along(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32>;
+
+    /// Least curvature along a short walk over the surface from the point, in the plane of direction and normal, 1/length.
+    fn filtered(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32>;
+}
+
+/// A similarity: `world = translation + scale * rotation * object`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Rotation; orthonormal with determinant 1.
+    pub rotation: Mat3,
+    /// Uniform scale, positive.
+    pub scale: f32,
+    /// Translation in world units.
+    pub translation: Vec3,
+}
+
+impl Default for Placement {
+    /// In place.
+    fn default() -> Self {
+        Self { rotation: Mat3::IDENTITY, scale: 1.0, translation: Vec3::ZERO }
+    }
+}
+
+impl Placement {
+    /// Where a point of the object is in the world.
+    #[must_use]
+    pub fn world_from_object(&self, p: Vec3) -> Vec3 {
+        self.translation + self.scale * (self.rotation * p)
+    }
+}
+
+/// What a surface is made of.
+#[derive(Debug, Clone)]
+pub struct Material {
+    /// Name, for messages.
+    pub name: String,
+    /// Linear RGB colour in `[0, 1]`; multiplies the texture. The albedo of a dielectric's base, the reflectance of a metal.
+    pub base_color: Vec3,
+    /// sRGB picture, addressed with UV set 0.
+    pub base_color_texture: Option<Arc<Texture>>,
+    /// 0 for dielectrics, 1 for metals, mixed between.
+    pub metallic: f32,
+    /// Perceptual roughness in `[0, 1]`; GGX's `alpha` is its square.
+    pub roughness: f32,
+    /// Strength of the dielectric layer in `[0, 1]`: reflectance at normal incidence is 0.08 of it. 0 is exactly Lambert.
+    pub specular: f32,
+    /// Share of light that the surface stops, in `[0, 1]`; the rest passes straight through.
+    pub opacity: f32,
+}
+
+impl Default for Material {
+    /// A light grey dielectric of roughness 0.6.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: Vec3::splat(0.8),
+            base_color_texture: None,
+            metallic: 0.0,
+            roughness: 0.6,
+            specular: 0.5,
+            opacity: 1.0,
+        }
+    }
+}
+
+impl Material {
+    /// A diffuse reflector of this albedo.
+    #[must_use]
+    pub fn lambert(albedo: Vec3) -> Self {
+        Self { base_color: albedo, specular: 0.0, ..Self::default() }
+    }
+
+    /// The material that a mesh file describes.
+    ///
+    /// # Errors
+    ///
+    /// A texture that cannot be decoded.
+    pub fn from_mesh_file(material: &osculate_geom::Material) -> Result<Self, TextureError> {
+        let texture = material.base_color_texture.as_ref().map(|image| Texture::decode(&image.bytes));
+        Ok(Self {
+            name: material.name.clone(),
+            base_color: Vec3::from(material.base_color),
+            base_color_texture: texture.transpose()?.map(Arc::new),
+            metallic: material.metallic.clamp(0.0, 1.0),
+            roughness: material.roughness.clamp(0.0, 1.0),
+            ..Self::default()
+        })
+    }
+}
+
+impl MeshInstance {
+    /// A mesh in place with its own materials and no curvature.
+    #[must_use]
+    pub fn new(mesh: Arc<Mesh>) -> Self {
+        Self {
+            mesh,
+            curvature: None,
+            field: None,
+            surface: SurfaceSource::Mesh,
+            placement: Placement::default(),
+            role: Role::Subject,
+        }
+    }
+
+    /// Vertex positions in the world.
+    pub(crate) fn world_positions(&self) -> impl Iterator<Item = Vec3> + '_ {
+        let points = self.mesh.positions().iter();
+        points.map(|p| self.placement.world_from_object(osculate_geom::rays::to_f32(p)))
+    }
+
+    /// Corners of the bounding box in the world, or `None` without vertices.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let mut world = self.world_positions();
+        let first = world.next()?;
+        Some(world.fold((first, first), |(lower, upper), p| (lower.min(p), upper.max(p))))
+    }
+}
+
+impl Scene {
+    /// Corners of the bounding box of all subjects, or `None` without any.
+    #[must_use]
+    pub fn subject_bounds(&self) -> Option<(Vec3, Vec3)> {
+        let subjects = self.objects.iter().filter(|o| o.role == Role::Subject);
+        subjects.filter_map(MeshInstance::bounds).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+}

@@ -1,0 +1,85 @@
+//! [`ShadingPoint`]: what the integrator knows about a hit.
+
+use glam::Vec3;
+use osculate_geom::rays::Hit;
+
+use crate::bsdf::{Bsdf, BsdfParameters};
+use crate::math::Frame;
+use crate::prepared::Prepared;
+use crate::scene::Material;
+
+/// A point on an object, seen from `wo`. Both sides of a triangle look alike.
+pub(crate) struct ShadingPoint<'a> {
+    /// Where rays start that leave the surface on the viewer's side.
+    pub origin: Vec3,
+    /// Frame around the shading normal, on the viewer's side.
+    pub frame: Frame,
+    /// Direction to the viewer in that frame.
+    pub wo: Vec3,
+    pub uv: [f32; 2],
+    pub material: &'a Material,
+}
+
+impl<'a> ShadingPoint<'a> {
+    /// `wo` is the unit direction to the viewer; the triangle must belong to an object.
+    pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Self {
+        let triangle = hit.triangle as usize;
+        let corners = scene.indices[triangle];
+        let point = scene.bvh.surface_point(hit);
+        let geometric = if point.normal.dot(wo) < 0.0 { -point.normal } else { point.normal };
+        let [u, v, w] = hit.barycentrics;
+        let normals = corners.map(|i| scene.normals[i as usize]);
+        let blended = u * normals[0] + v * normals[1] + w * normals[2];
+        let side = if blended.dot(geometric) < 0.0 { -1.0 } else { 1.0 };
+        let smooth = (side * blended).try_normalize().unwrap_or(geometric);
+        let shading = facing_viewer(smooth, wo);
+        let lifted = lifted(
+            scene.bvh.triangles()[triangle],
+            normals.map(|n| side * n),
+            hit.barycentrics,
+            point.position,
+        );
+        let frame = Frame::new(shading);
+        Self {
+            origin: point.offset_by(geometric, lifted),
+            frame,
+            wo: frame.local_from_world(wo),
+            uv: scene.uvs.get(corners[0] as usize).map_or([0.0; 2], |_| {
+                let [a, b, c] = corners.map(|i| scene.uvs[i as usize]);
+                [u * a[0] + v * b[0] + w * c[0], u * a[1] + v * b[1] + w * c[1]]
+            }),
+            material: &scene.materials[scene.material_of[triangle] as usize],
+        }
+    }
+
+    pub(crate) fn bsdf(&self, scene: &Prepared, base_color: Vec3) -> Bsdf {
+        let m = self.material;
+        let parameters =
+            BsdfParameters { base_color, metallic: m.metallic, roughness: m.roughness, specular: m.specular };
+        Bsdf::new(&parameters, &scene.energy)
+    }
+}
+
+/// Bends a shading normal that faces away from the viewer back to just facing it.
+///
+/// At silhouettes of smooth-shaded triangles the interpolated normal can point away; without this they show black rims.
+fn facing_viewer(normal: Vec3, wo: Vec3) -> Vec3 {
+    /// Cosine from which on normals are bent. Smaller ones leave dark rims, larger ones flatten visible shading.
+    const LEAST: f32 = 0.02;
+    let cosine = normal.dot(wo);
+    if cosine >= LEAST { normal } else { (normal + (LEAST - cosine) * wo).normalize() }
+}
+
+/// The point on the smooth surface that the shading normals suggest, never below the triangle.
+///
+/// Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021. Rays that start there do not see the facets of the
+/// triangle mesh, whose shadows would otherwise show along the terminator.
+fn lifted(corners: [Vec3; 3], normals: [Vec3; 3], weights: [f32; 3], position: Vec3) -> Vec3 {
+    let mut offset = Vec3::ZERO;
+    for i in 0..3 {
+        // Projected onto the tangent plane of each corner, where that lies above.
+        let below = (position - corners[i]).dot(normals[i]).min(0.0);
+        offset -= weights[i] * below * normals[i];
+    }
+    position + offset
+}
