@@ -10,8 +10,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::estimate::{Prepared, Scratch};
-use super::moments::{Coefficients, NormalEquations, Points};
-use super::shape_operator::{Frame, symmetric_2x2};
+use super::moments::{Height, Moments, Points};
+use super::shape_operator::{Frame, Symmetric};
 use super::{Neighbourhood, Status, VertexCurvature};
 use crate::Vec3;
 
@@ -39,9 +39,8 @@ pub(crate) fn estimate_vertex(
     let Some(length) = project(prepared, vertex, &frame, scratch) else {
         return VertexCurvature::undetermined(Status::RankDeficient);
     };
-    let coefficients = fit(&scratch.inner, length);
-    let points = &scratch.inner;
-    let [a, b, c, d, e]: [f64; 5] = coefficients.into();
+    let (height, residual) = fit(&scratch.inner, &frame, length);
+    let Height { a, b, c, d, e } = height;
     let (ee, ff, gg) = (1.0 + d * d, d * e, 1.0 + e * e);
     let inverse_norm = 1.0 / (1.0 + d * d + e * e).sqrt();
     let [l, m, n] = [2.0 * a, b, 2.0 * c].map(|second| second * inverse_norm / length);
@@ -49,12 +48,12 @@ pub(crate) fn estimate_vertex(
     let xx = (l * gg - m * ff) / determinant;
     let xy = (m * ee - l * ff) / determinant;
     let yy = (n * ee - m * ff) / determinant;
-    let principal = symmetric_2x2(-xx, -xy, -yy).lift(frame.t, frame.s);
+    let principal = Symmetric { xx: -xx, xy: -xy, yy: -yy }.lift(frame.t, frame.s);
     if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
         return VertexCurvature::undetermined(Status::RankDeficient);
     }
     // A plain residual measure: libigl has no error estimate to follow.
-    let error = residual(points, &coefficients) / length;
+    let error = residual / length;
     VertexCurvature { principal: Some(principal), error, status: Status::Ok }
 }
 
@@ -82,7 +81,7 @@ fn frame(prepared: &Prepared<'_>, vertex: usize) -> Option<Frame> {
     Some(Frame { t, s, n })
 }
 
-/// The members that the projection-plane rule keeps, in units of the farthest distance, which is returned.
+/// The members that the projection-plane rule keeps; the largest coordinate difference, which is the unit of the fit.
 fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut Scratch<'_>) -> Option<f64> {
     let members = scratch.walker.members();
     let facing = |&&member: &&u32| dot(&prepared.normals[member as usize], &frame.n) > 0.0;
@@ -97,8 +96,7 @@ fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut 
     let points = &mut scratch.inner;
     points.clear();
     for member in members.iter().filter(|m| keep_all || facing(m)) {
-        let local: Vec3 = offset(member) / largest;
-        points.push(local.dot(&frame.t), local.dot(&frame.s), local.dot(&frame.n), 1.0);
+        points.push(&offset(member), 1.0);
     }
     Some(largest)
 }
@@ -108,35 +106,42 @@ fn dot(a: &Vec3, b: &Vec3) -> f64 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// Coefficients in units of `length`.
-fn fit(points: &Points, length: f64) -> Coefficients {
+/// The fit, and the root mean square height that it leaves, in units of `length`.
+fn fit(points: &Points, frame: &Frame, length: f64) -> (Height, f64) {
     let sound = SOUND_LENGTHS.contains(&length);
-    let fast = if sound { NormalEquations::accumulate(points).solve(LEAST_PIVOT) } else { None };
-    fast.map_or_else(|| minimum_norm(points, length), |solution| solution.coefficients)
+    let fast = if sound { Moments::accumulate(points, frame, length).solve(LEAST_PIVOT) } else { None };
+    if let Some(solution) = fast {
+        return (solution.height, (solution.squares_left / points.len() as f64).sqrt());
+    }
+    let height = minimum_norm(points, frame, length);
+    (height, residual(points, frame, &height, length))
 }
 
 /// The minimum-norm solution in world units, singular values up to `5 eps` of the largest dropped (Eigen's `JacobiSVD`).
-fn minimum_norm(points: &Points, length: f64) -> Coefficients {
+fn minimum_norm(points: &Points, frame: &Frame, length: f64) -> Height {
     let rows = points.len();
-    let entry = |row: usize, column: usize| {
-        let (u, v) = (points.u[row] * length, points.v[row] * length);
-        [u * u, u * v, v * v, u, v][column]
-    };
+    let entry = |row: usize, column: usize| monomials(points, frame, row, 1.0)[column];
     let svd = DMatrix::from_fn(rows, 5, entry).svd(true, true);
-    let heights = DVector::from_fn(rows, |row, _| points.z[row] * length);
+    let heights = DVector::from_fn(rows, |row, _| points.offset(row).dot(&frame.n));
     let cut = 5.0 * f64::EPSILON * svd.singular_values.max();
-    match svd.solve(&heights, cut) {
-        Ok(x) => Coefficients::new(x[0] * length, x[1] * length, x[2] * length, x[3], x[4]),
-        Err(_) => Coefficients::repeat(f64::NAN),
-    }
+    let x = svd.solve(&heights, cut).unwrap_or_else(|_| DVector::repeat(5, f64::NAN));
+    Height { a: x[0] * length, b: x[1] * length, c: x[2] * length, d: x[3], e: x[4] }
 }
 
-/// Root mean square height that the fit leaves, in units of the neighbourhood's length, which makes it a curvature.
-fn residual(points: &Points, x: &Coefficients) -> f64 {
-    let height = |i: usize| {
-        let (u, v) = (points.u[i], points.v[i]);
-        x.dot(&Coefficients::new(u * u, u * v, v * v, u, v))
+/// `u^2, u v, v^2, u, v` of a point in units of `length`.
+fn monomials(points: &Points, frame: &Frame, index: usize, length: f64) -> [f64; 5] {
+    let offset = points.offset(index) / length;
+    let (u, v) = (offset.dot(&frame.t), offset.dot(&frame.s));
+    [u * u, u * v, v * v, u, v]
+}
+
+/// Root mean square height that a fit leaves.
+fn residual(points: &Points, frame: &Frame, height: &Height, length: f64) -> f64 {
+    let x = [height.a, height.b, height.c, height.d, height.e];
+    let left = |i: usize| {
+        let fitted: f64 = std::iter::zip(x, monomials(points, frame, i, length)).map(|(x, m)| x * m).sum();
+        points.offset(i).dot(&frame.n) / length - fitted
     };
-    let squares: f64 = (0..points.len()).map(|i| (points.z[i] - height(i)).powi(2)).sum();
+    let squares: f64 = (0..points.len()).map(|i| left(i).powi(2)).sum();
     (squares / points.len() as f64).sqrt()
 }

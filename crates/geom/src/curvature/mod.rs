@@ -1,6 +1,7 @@
 //! Principal curvature at the vertices of a surface.
 
 mod estimate;
+mod kernel;
 mod libigl;
 mod libigl_normals;
 mod moments;

@@ -1,143 +1,98 @@
 //! Normal equations of a quadric fit, accumulated as moments.
 //!
 //! A height function `z = a u^2 + b uv + c v^2 + d u + e v` through the origin has the normal equations `N x = r`, where
-//! all 15 entries of `N` are among the 12 moments `sum w u^p v^q` of degree 2 to 4.
+//! all 15 entries of `N` are among the 12 moments `sum w u^p v^q` of degree 2 to 4. Points are streamed once, several at
+//! a time, and nothing but the sums is kept.
 
-use nalgebra::{SMatrix, SVector};
+use super::shape_operator::Frame;
+use crate::Vec3;
 
-/// Coefficients `a, b, c, d, e`.
-pub(crate) type Coefficients = SVector<f64, 5>;
-type Matrix5 = SMatrix<f64, 5, 5>;
+/// A height function over the fit frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Height {
+    /// Coefficient of `u^2`.
+    pub(crate) a: f64,
+    /// Coefficient of `u v`.
+    pub(crate) b: f64,
+    /// Coefficient of `v^2`.
+    pub(crate) c: f64,
+    /// Slope along `u`.
+    pub(crate) d: f64,
+    /// Slope along `v`.
+    pub(crate) e: f64,
+}
 
-/// Neighbours as structure of arrays in the fit frame, scaled to order one.
+/// Neighbours as a structure of arrays: offsets from the vertex in world axes, and weights.
 #[derive(Debug, Default)]
 pub(crate) struct Points {
-    pub(crate) u: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    pub(crate) z: Vec<f64>,
-    pub(crate) weight: Vec<f64>,
+    offset: [Vec<f64>; 3],
+    weight: Vec<f64>,
 }
 
 impl Points {
     pub(crate) fn clear(&mut self) {
-        for row in [&mut self.u, &mut self.v, &mut self.z, &mut self.weight] {
-            row.clear();
-        }
+        self.offset.iter_mut().for_each(Vec::clear);
+        self.weight.clear();
     }
 
-    pub(crate) fn push(&mut self, u: f64, v: f64, z: f64, weight: f64) {
-        self.u.push(u);
-        self.v.push(v);
-        self.z.push(z);
+    #[inline]
+    pub(crate) fn push(&mut self, offset: &Vec3, weight: f64) {
+        self.offset[0].push(offset.x);
+        self.offset[1].push(offset.y);
+        self.offset[2].push(offset.z);
         self.weight.push(weight);
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.u.len()
+        self.weight.len()
+    }
+
+    pub(crate) fn offset(&self, index: usize) -> Vec3 {
+        Vec3::new(self.offset[0][index], self.offset[1][index], self.offset[2][index])
     }
 }
 
-/// The normal equations of the fit.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct NormalEquations {
-    matrix: Matrix5,
-    right: Coefficients,
-    /// `sum w z^2`.
-    squares: f64,
-    /// `sum w`.
-    weight: f64,
-    /// `sum w u` and `sum w v`.
-    first: [f64; 2],
-}
-
-/// Lanes that are summed side by side; the compiler turns them into vector registers.
+/// Lanes that are summed side by side.
 const LANES: usize = 4;
 /// 12 moments of `u, v` of degree 2 to 4, 5 with `z`, `z^2`, and 3 of degree 0 and 1.
 const SUMS: usize = 21;
+type Sums = [[f64; LANES]; SUMS];
 
-impl NormalEquations {
-    /// Sums over all points, in an order that depends on their number only.
-    pub(crate) fn accumulate(points: &Points) -> Self {
-        let mut sums = [[0.0; LANES]; SUMS];
-        let rows = [&points.u, &points.v, &points.z, &points.weight];
-        let full = points.len() / LANES * LANES;
-        for start in (0..full).step_by(LANES) {
-            let lanes =
-                rows.map(|row| <[f64; LANES]>::try_from(&row[start..start + LANES]).expect("LANES long"));
-            add(&mut sums, &lanes);
-        }
-        if full < points.len() {
-            let mut lanes = [[0.0; LANES]; 4];
-            for (lane, row) in lanes.iter_mut().zip(rows) {
-                lane[..row.len() - full].copy_from_slice(&row[full..]);
-            }
-            add(&mut sums, &lanes);
-        }
-        Self::from_sums(&sums.map(|s| (s[0] + s[1]) + (s[2] + s[3])))
-    }
+/// The normal equations of the fit, in units of a length that the caller chose.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moments {
+    sums: [f64; SUMS],
+}
 
-    fn from_sums(s: &[f64; SUMS]) -> Self {
-        let &[
-            u4,
-            u3v,
-            u2v2,
-            uv3,
-            v4,
-            u3,
-            u2v,
-            uv2,
-            v3,
-            u2,
-            uv,
-            v2,
-            zu2,
-            zuv,
-            zv2,
-            zu,
-            zv,
-            squares,
-            weight,
-            u1,
-            v1,
-        ] = s;
-        #[rustfmt::skip]
-        let matrix = Matrix5::new(
-            u4,   u3v,  u2v2, u3,  u2v,
-            u3v,  u2v2, uv3,  u2v, uv2,
-            u2v2, uv3,  v4,   uv2, v3,
-            u3,   u2v,  uv2,  u2,  uv,
-            u2v,  uv2,  v3,   uv,  v2,
-        );
-        Self { matrix, right: Coefficients::new(zu2, zuv, zv2, zu, zv), squares, weight, first: [u1, v1] }
+impl Moments {
+    /// Sums over the points in the frame, lengths divided by `length`. The order of the sum depends on the number of
+    /// points only, so every instruction set gives the same bits.
+    pub(crate) fn accumulate(points: &Points, frame: &Frame, length: f64) -> Self {
+        let scaled = Frame { t: frame.t / length, s: frame.s / length, n: frame.n / length };
+        Self { sums: super::kernel::accumulate(points, &scaled).map(|s| (s[0] + s[1]) + (s[2] + s[3])) }
     }
 
     /// The equations of both sets of points.
     pub(crate) fn plus(&self, other: &Self) -> Self {
-        Self {
-            matrix: self.matrix + other.matrix,
-            right: self.right + other.right,
-            squares: self.squares + other.squares,
-            weight: self.weight + other.weight,
-            first: [self.first[0] + other.first[0], self.first[1] + other.first[1]],
-        }
+        Self { sums: std::array::from_fn(|i| self.sums[i] + other.sums[i]) }
     }
 
     /// Sum of all weights.
     pub(crate) fn weight(&self) -> f64 {
-        self.weight
-    }
-
-    /// The right-hand side that a height of one at every point gives.
-    pub(crate) fn constant(&self) -> Coefficients {
-        let m = &self.matrix;
-        Coefficients::new(m[(3, 3)], m[(3, 4)], m[(4, 4)], self.first[0], self.first[1])
+        self.sums[18]
     }
 
     /// Squared distance to the points that determine second derivatives: `sum w r^4 / sum w r^2`. The error that the
     /// surface's fourth derivatives cause is proportional to it.
     pub(crate) fn reach_squared(&self) -> f64 {
-        let m = &self.matrix;
-        (m[(0, 0)] + 2.0 * m[(0, 2)] + m[(2, 2)]) / (m[(3, 3)] + m[(4, 4)])
+        let [u4, _, u2v2, _, v4, .., u2, _, v2] = self.sums.first_chunk::<12>().expect("12 moments");
+        (u4 + 2.0 * u2v2 + v4) / (u2 + v2)
+    }
+
+    /// The right-hand side that a height of one at every point gives.
+    fn constant(&self) -> [f64; 5] {
+        let s = &self.sums;
+        [s[19], s[20], s[9], s[10], s[11]]
     }
 
     /// Solves by Cholesky after scaling the diagonal to one. `None` when a pivot falls below `least_pivot`: then the
@@ -146,78 +101,152 @@ impl NormalEquations {
     /// A pivot is the share of a column that the columns before it do not explain, so it lies in `(0, 1]` and does not
     /// depend on scale. The solution's relative error is about `f64::EPSILON` over the least pivot.
     pub(crate) fn solve(&self, least_pivot: f64) -> Option<Solution> {
-        let diagonal = self.matrix.diagonal();
+        let &[u4, u3v, u2v2, uv3, v4, u3, u2v, uv2, v3, u2, uv, v2, zu2, zuv, zv2, zu, zv, squares, ..] =
+            &self.sums;
+        // Unknowns in the order d, e, a, b, c: the second derivatives come last, so that their covariance is the
+        // inverse of the factor's last block.
+        #[rustfmt::skip]
+        let mut factor = [
+            [u2,  uv,  u3,   u2v,  uv2 ],
+            [uv,  v2,  u2v,  uv2,  v3  ],
+            [u3,  u2v, u4,   u3v,  u2v2],
+            [u2v, uv2, u3v,  u2v2, uv3 ],
+            [uv2, v3,  u2v2, uv3,  v4  ],
+        ];
+        let diagonal: [f64; 5] = std::array::from_fn(|i| factor[i][i]);
         if !diagonal.iter().all(|d| d.is_finite() && *d > 0.0) {
             return None;
         }
         let scale = diagonal.map(|d| 1.0 / d.sqrt());
-        let mut factor = self.matrix;
-        for column in 0..5 {
-            for row in column..5 {
-                factor[(row, column)] *= scale[row] * scale[column];
+        for row in 0..5 {
+            for column in 0..=row {
+                factor[row][column] *= scale[row] * scale[column];
             }
         }
-        for column in 0..5 {
-            for earlier in 0..column {
-                let f = factor[(column, earlier)];
-                for row in column..5 {
-                    factor[(row, column)] -= factor[(row, earlier)] * f;
-                }
-            }
-            let pivot = factor[(column, column)];
-            if pivot.is_nan() || pivot < least_pivot {
-                return None;
-            }
-            let inverse = 1.0 / pivot.sqrt();
-            for row in column..5 {
-                factor[(row, column)] *= inverse;
-            }
-        }
-        let mut coefficients = self.right.component_mul(&scale);
-        factor.solve_lower_triangular_mut(&mut coefficients);
-        factor.tr_solve_lower_triangular_mut(&mut coefficients);
-        coefficients.component_mul_assign(&scale);
-        Some(Solution { coefficients, factor, scale, squares_left: self.squares_left(&coefficients) })
+        let inverse_pivots = cholesky(&mut factor, least_pivot)?;
+        let factor = Factor { lower: factor, inverse_pivots, scale };
+        let right = [zu, zv, zu2, zuv, zv2];
+        let x = factor.solve(right);
+        let explained: f64 = std::iter::zip(x, right).map(|(x, r)| x * r).sum();
+        let [d, e, a, b, c] = x;
+        // Clamped at zero where it drowns in rounding.
+        Some(Solution {
+            height: Height { a, b, c, d, e },
+            squares_left: (squares - explained).max(0.0),
+            factor,
+        })
     }
 
-    /// `sum w (z - fit)^2`, clamped at zero where it drowns in rounding.
-    fn squares_left(&self, coefficients: &Coefficients) -> f64 {
-        (self.squares - coefficients.dot(&self.right)).max(0.0)
+    /// What a common shift of all heights does to the second derivatives `(a, b, c)` of a solution.
+    pub(crate) fn response_to_shift(&self, solution: &Solution) -> [f64; 3] {
+        let [_, _, a, b, c] = solution.factor.solve(self.constant());
+        [a, b, c]
     }
 }
 
 /// A solved fit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Solution {
-    pub(crate) coefficients: Coefficients,
+    pub(crate) height: Height,
     /// Weighted sum of squared residuals.
     pub(crate) squares_left: f64,
-    factor: Matrix5,
-    scale: Coefficients,
+    factor: Factor,
 }
 
 impl Solution {
-    /// Variance of `direction . coefficients` for residuals of unit variance: `direction^T N^-1 direction`.
-    pub(crate) fn variance_along(&self, direction: &Coefficients) -> f64 {
-        let mut x = direction.component_mul(&self.scale);
-        self.factor.solve_lower_triangular_mut(&mut x);
-        x.norm_squared()
-    }
-
-    /// `direction . N^-1 right`: what a change of the right-hand side does to `direction . coefficients`.
-    pub(crate) fn response(&self, direction: &Coefficients, right: &Coefficients) -> f64 {
-        let solve = |x: &Coefficients| {
-            let mut x = x.component_mul(&self.scale);
-            self.factor.solve_lower_triangular_mut(&mut x);
-            x
-        };
-        solve(direction).dot(&solve(right))
+    /// Variance of `direction . (a, b, c)` for residuals of unit variance: `direction^T N^-1 direction`.
+    pub(crate) fn variance_along(&self, direction: [f64; 3]) -> f64 {
+        let Factor { lower, inverse_pivots, scale } = &self.factor;
+        let mut x = [0.0; 3];
+        for row in 0..3 {
+            let mut sum = direction[row] * scale[row + 2];
+            for column in 0..row {
+                sum -= lower[row + 2][column + 2] * x[column];
+            }
+            x[row] = sum * inverse_pivots[row + 2];
+        }
+        x.iter().map(|x| x * x).sum()
     }
 }
 
+/// A lower Cholesky factor of the scaled equations.
+#[derive(Debug, Clone, Copy)]
+struct Factor {
+    lower: [[f64; 5]; 5],
+    inverse_pivots: [f64; 5],
+    scale: [f64; 5],
+}
+
+impl Factor {
+    fn solve(&self, right: [f64; 5]) -> [f64; 5] {
+        let mut x = right;
+        for row in 0..5 {
+            let mut sum = x[row] * self.scale[row];
+            for column in 0..row {
+                sum -= self.lower[row][column] * x[column];
+            }
+            x[row] = sum * self.inverse_pivots[row];
+        }
+        for row in (0..5).rev() {
+            let mut sum = x[row];
+            for below in row + 1..5 {
+                sum -= self.lower[below][row] * x[below];
+            }
+            x[row] = sum * self.inverse_pivots[row];
+        }
+        std::array::from_fn(|i| x[i] * self.scale[i])
+    }
+}
+
+/// Factors the lower triangle in place; the inverses of the factor's diagonal, or `None` at a pivot below the least.
+fn cholesky(a: &mut [[f64; 5]; 5], least_pivot: f64) -> Option<[f64; 5]> {
+    let mut inverse_pivots = [0.0; 5];
+    for column in 0..5 {
+        for row in column..5 {
+            for earlier in 0..column {
+                a[row][column] -= a[row][earlier] * a[column][earlier];
+            }
+        }
+        let pivot = a[column][column];
+        if pivot.is_nan() || pivot < least_pivot {
+            return None;
+        }
+        inverse_pivots[column] = 1.0 / pivot.sqrt();
+        for row in a.iter_mut().skip(column) {
+            row[column] *= inverse_pivots[column];
+        }
+    }
+    Some(inverse_pivots)
+}
+
+/// Sums over all points. Inlined into one copy per instruction set, see [`kernel`](super::kernel).
 #[inline(always)]
-fn add(sums: &mut [[f64; LANES]; SUMS], &[u, v, z, w]: &[[f64; LANES]; 4]) {
-    let mul = |a: [f64; LANES], b: [f64; LANES]| -> [f64; LANES] { std::array::from_fn(|i| a[i] * b[i]) };
+pub(super) fn accumulate_points(points: &Points, frame: &Frame) -> Sums {
+    let mut sums = [[0.0; LANES]; SUMS];
+    let [x, y, z] = &points.offset;
+    let rows = [x, y, z, &points.weight];
+    let full = points.len() / LANES * LANES;
+    for start in (0..full).step_by(LANES) {
+        let lanes = rows.map(|row| <[f64; LANES]>::try_from(&row[start..start + LANES]).expect("LANES long"));
+        add(&mut sums, frame, &lanes);
+    }
+    if full < points.len() {
+        let mut lanes = [[0.0; LANES]; 4];
+        for (lane, row) in lanes.iter_mut().zip(rows) {
+            lane[..row.len() - full].copy_from_slice(&row[full..]);
+        }
+        add(&mut sums, frame, &lanes);
+    }
+    sums
+}
+
+#[inline(always)]
+fn add(sums: &mut Sums, frame: &Frame, &[x, y, z, w]: &[[f64; LANES]; 4]) {
+    type Lane = [f64; LANES];
+    let mul = |a: Lane, b: Lane| -> Lane { std::array::from_fn(|i| a[i] * b[i]) };
+    let dot =
+        |axis: &Vec3| -> Lane { std::array::from_fn(|i| x[i] * axis.x + y[i] * axis.y + z[i] * axis.z) };
+    let (u, v, h) = (dot(&frame.t), dot(&frame.s), dot(&frame.n));
     let (wu, wv) = (mul(w, u), mul(w, v));
     let (wu2, wuv, wv2) = (mul(wu, u), mul(wu, v), mul(wv, v));
     let (wu3, wu2v, wuv2, wv3) = (mul(wu2, u), mul(wu2, v), mul(wv2, u), mul(wv2, v));
@@ -234,12 +263,12 @@ fn add(sums: &mut [[f64; LANES]; SUMS], &[u, v, z, w]: &[[f64; LANES]; 4]) {
         wu2,
         wuv,
         wv2,
-        mul(wu2, z),
-        mul(wuv, z),
-        mul(wv2, z),
-        mul(wu, z),
-        mul(wv, z),
-        mul(mul(w, z), z),
+        mul(wu2, h),
+        mul(wuv, h),
+        mul(wv2, h),
+        mul(wu, h),
+        mul(wv, h),
+        mul(mul(w, h), h),
         w,
         wu,
         wv,
@@ -253,51 +282,72 @@ fn add(sums: &mut [[f64; LANES]; SUMS], &[u, v, z, w]: &[[f64; LANES]; 4]) {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{SMatrix, SVector};
+
     use super::*;
 
-    fn points(f: impl Fn(f64, f64) -> f64) -> Points {
+    const FRAME: Frame =
+        Frame { t: Vec3::new(1.0, 0.0, 0.0), s: Vec3::new(0.0, 1.0, 0.0), n: Vec3::new(0.0, 0.0, 1.0) };
+
+    pub(crate) fn points(f: impl Fn(f64, f64) -> f64) -> Points {
         let mut points = Points::default();
         for i in 0..23 {
             let (angle, radius) = (f64::from(i) * 2.4, f64::from(i + 1) / 23.0);
             let (u, v) = (radius * angle.cos(), radius * angle.sin());
-            points.push(u, v, f(u, v), 1.0 - 0.5 * radius);
+            points.push(&Vec3::new(u, v, f(u, v)), 1.0 - 0.5 * radius);
         }
         points
     }
 
     #[test]
     fn recovers_a_quadric_to_rounding() {
-        let exact = Coefficients::new(0.3, -0.7, 0.2, 0.05, -0.4);
-        let fit = |u: f64, v: f64| exact.dot(&Coefficients::new(u * u, u * v, v * v, u, v));
-        let solution = NormalEquations::accumulate(&points(fit)).solve(1e-7).unwrap();
-        let error = (solution.coefficients - exact).norm();
-        // Pivots are over 1e-2 here, so the error stays within 1e2 roundings.
-        assert!(error < 1e2 * f64::EPSILON, "{error:e}");
-        assert!(solution.squares_left < 1e-14, "{:e}", solution.squares_left);
+        let exact = Height { a: 0.3, b: -0.7, c: 0.2, d: 0.05, e: -0.4 };
+        let fit =
+            |u: f64, v: f64| exact.a * u * u + exact.b * u * v + exact.c * v * v + exact.d * u + exact.e * v;
+        let Solution { height, squares_left, .. } =
+            Moments::accumulate(&points(fit), &FRAME, 1.0).solve(1e-7).unwrap();
+        let pairs = [(height.a, 0.3), (height.b, -0.7), (height.c, 0.2), (height.d, 0.05), (height.e, -0.4)];
+        for (found, expected) in pairs {
+            // Pivots are over 1e-2 here, so the error stays within 1e2 roundings.
+            assert!((found - expected).abs() < 1e2 * f64::EPSILON, "{height:?}");
+        }
+        assert!(squares_left < 1e-14, "{squares_left:e}");
+        // In units of half the length, second derivatives are half and slopes the same.
+        let halved = Moments::accumulate(&points(fit), &FRAME, 0.5).solve(1e-7).unwrap().height;
+        assert!((halved.a - 0.15).abs() + (halved.d - 0.05).abs() < 1e2 * f64::EPSILON, "{halved:?}");
     }
 
     #[test]
-    fn variance_matches_the_inverse() {
-        let equations = NormalEquations::accumulate(&points(|u, _| u));
-        let solution = equations.solve(1e-7).unwrap();
-        let inverse = equations.matrix.try_inverse().unwrap();
-        let direction = Coefficients::new(1.0, -2.0, 0.5, 0.0, 3.0);
-        let expected = (direction.transpose() * inverse * direction)[0];
-        let found = solution.variance_along(&direction);
-        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
-        let right = equations.constant();
-        let expected = (direction.transpose() * inverse * right)[0];
-        let found = solution.response(&direction, &right);
-        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    fn agrees_with_the_inverse_of_the_normal_matrix() {
+        let points = points(|u, v| u + (7.0 * v).sin());
+        let rows = SMatrix::<f64, 23, 5>::from_fn(|i, j| {
+            let (u, v) = (points.offset[0][i], points.offset[1][i]);
+            [u * u, u * v, v * v, u, v][j]
+        });
+        let weights = SMatrix::<f64, 23, 23>::from_diagonal(&SVector::from_fn(|i, _| points.weight[i]));
+        let heights = SVector::<f64, 23>::from_fn(|i, _| points.offset[2][i]);
+        let inverse = (rows.transpose() * weights * rows).try_inverse().unwrap();
+        let expected = inverse * rows.transpose() * weights * heights;
+        let moments = Moments::accumulate(&points, &FRAME, 1.0);
+        let solution = moments.solve(1e-7).unwrap();
+        assert!((solution.height.b - expected[1]).abs() < 1e-12);
+        let left = (weights * (heights - rows * expected).component_mul(&(heights - rows * expected))).sum();
+        assert!((solution.squares_left / left - 1.0).abs() < 1e-12);
+        let direction = SVector::<f64, 5>::new(1.0, -2.0, 0.5, 0.0, 0.0);
+        let variance = (direction.transpose() * inverse * direction)[0];
+        assert!((solution.variance_along([1.0, -2.0, 0.5]) / variance - 1.0).abs() < 1e-12);
+        let shift = inverse * rows.transpose() * weights * SVector::<f64, 23>::repeat(1.0);
+        let found = moments.response_to_shift(&solution);
+        assert!((found[0] - shift[0]).abs() + (found[2] - shift[2]).abs() < 1e-12, "{found:?} {shift}");
     }
 
     #[test]
     fn points_on_two_lines_have_no_solution() {
         let mut points = points(|u, _| u * u);
-        for v in &mut points.v {
+        for v in &mut points.offset[1] {
             *v = if *v > 0.0 { 0.5 } else { 0.0 };
         }
         // v^2 = v / 2 on both lines.
-        assert!(NormalEquations::accumulate(&points).solve(1e-10).is_none());
+        assert!(Moments::accumulate(&points, &FRAME, 1.0).solve(1e-10).is_none());
     }
 }

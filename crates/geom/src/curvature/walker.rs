@@ -15,6 +15,8 @@ pub(crate) struct Walker<'a> {
     stamp: Vec<u32>,
     generation: u32,
     members: Vec<u32>,
+    /// Where in `members` each ring ends, the seed's own included; empty after a walk by distance.
+    ring_ends: Vec<usize>,
     rejected: BinaryHeap<Candidate>,
 }
 
@@ -26,6 +28,7 @@ impl<'a> Walker<'a> {
             stamp: vec![0; positions.len()],
             generation: 0,
             members: Vec::with_capacity(128),
+            ring_ends: Vec::new(),
             rejected: BinaryHeap::new(),
         }
     }
@@ -36,6 +39,7 @@ impl<'a> Walker<'a> {
         let mut level = 0;
         for _ in 0..rings {
             let end = self.members.len();
+            self.ring_ends.push(end);
             if level == end {
                 break; // The last ring was empty: the whole component is in.
             }
@@ -49,6 +53,7 @@ impl<'a> Walker<'a> {
             }
             level = end;
         }
+        self.ring_ends.push(self.members.len());
         &self.members
     }
 
@@ -105,6 +110,11 @@ impl<'a> Walker<'a> {
         &self.members
     }
 
+    /// Where in [`members`](Self::members) each ring ends, starting with the seed's own; empty after a walk by distance.
+    pub(crate) fn ring_ends(&self) -> &[usize] {
+        &self.ring_ends
+    }
+
     fn begin(&mut self, seed: u32) {
         if self.generation == u32::MAX {
             self.stamp.fill(0);
@@ -112,6 +122,7 @@ impl<'a> Walker<'a> {
         }
         self.generation += 1;
         self.members.clear();
+        self.ring_ends.clear();
         self.members.push(seed);
         self.stamp[seed as usize] = self.generation;
     }

@@ -156,7 +156,7 @@ impl Mesh {
                 return Err(MeshError::TooMany { what, count });
             }
         }
-        check_finite("position", positions.iter().map(|p| p.as_slice()))?;
+        check_finite("position", positions.iter().map(Vec3::as_slice))?;
         let vertices = positions.len();
         for (triangle, corners) in triangles.iter().enumerate() {
             if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices) {
@@ -174,7 +174,7 @@ impl Mesh {
     /// A wrong length, or a component that is not finite.
     pub fn with_normals(mut self, normals: Vec<Vec3>) -> Result<Self, MeshError> {
         self.check_length("normal", normals.len())?;
-        check_finite("normal", normals.iter().map(|n| n.as_slice()))?;
+        check_finite("normal", normals.iter().map(Vec3::as_slice))?;
         self.normals = Some(normals);
         Ok(self)
     }

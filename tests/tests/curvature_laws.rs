@@ -1,0 +1,335 @@
+//! What must hold for curvature estimates on shapes whose curvature is known, and under maps that it is invariant to.
+
+use osculate_geom::curvature::{
+    CurvatureOptions, Method, Neighbourhood, Principal, Status, VertexCurvature, estimate,
+};
+use osculate_geom::mesh::{Surface, Weld};
+use osculate_geom::shapes::{self, Ends};
+use osculate_geom::{Mat3, Mesh, Vec3};
+use proptest::prelude::*;
+
+/// Exact `(kappa_max, kappa_min)` at a point of a shape.
+type Exact = fn(&Vec3) -> [f64; 2];
+
+fn run(mesh: &Mesh, method: Method, rings: u32) -> Vec<VertexCurvature> {
+    let options = CurvatureOptions { method, neighbourhood: Some(Neighbourhood::Rings(rings)) };
+    estimate(&Surface::new(mesh, Weld::Exact), &options).expect("valid options")
+}
+
+/// Some number that should be zero.
+type Measure = fn(&Principal) -> f64;
+
+/// Errors of the worse curvature at vertices with status `Ok`, ascending.
+fn errors(mesh: &Mesh, estimates: &[VertexCurvature], exact: Exact) -> Vec<f64> {
+    let mut errors: Vec<f64> = std::iter::zip(mesh.positions(), estimates)
+        .filter(|(_, e)| e.status == Status::Ok)
+        .map(|(p, e)| error(p, e, exact))
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    errors
+}
+
+fn error(p: &Vec3, estimate: &VertexCurvature, exact: Exact) -> f64 {
+    let found = estimate.principal.expect("a regular vertex has an estimate");
+    let [max, min] = exact(p);
+    (found.kappa_max - max).abs().max((found.kappa_min - min).abs())
+}
+
+fn quantile(sorted: &[f64], percent: usize) -> f64 {
+    sorted[(sorted.len() - 1) * percent / 100]
+}
+
+/// A grid whose parameters are moved by up to `amount` cells, so that no symmetry cancels errors.
+fn irregular(n: [usize; 2], ends: [Ends; 2], amount: f64, point: impl Fn(f64, f64) -> Vec3) -> Mesh {
+    let step = |k: f64| (k * 0.754_877_666).fract() - 0.5;
+    let moved = move |u: f64, v: f64| {
+        let (i, j) = (u * n[0] as f64, v * n[1] as f64);
+        let inside = |t: f64, end: Ends| end == Ends::Closed || (t > 1e-9 && t < 1.0 - 1e-9);
+        let shift = |seed: f64| 2.0 * amount * step(seed);
+        let du = if inside(u, ends[0]) { shift(i * 12.9898 + j * 78.233) / n[0] as f64 } else { 0.0 };
+        let dv = if inside(v, ends[1]) { shift(i * 39.346 + j * 11.135 + 5.0) / n[1] as f64 } else { 0.0 };
+        (u + du, v + dv)
+    };
+    shapes::grid(n[0], n[1], ends, move |u, v| {
+        let (u, v) = moved(u, v);
+        point(u, v)
+    })
+}
+
+fn torus(n: usize, amount: f64) -> Mesh {
+    irregular([5 * n / 2, n], [Ends::Closed; 2], amount, |u, v| {
+        let (a, b) = (u * std::f64::consts::TAU, v * std::f64::consts::TAU);
+        let radius = 1.0 + 0.4 * b.cos();
+        Vec3::new(radius * a.sin(), 0.4 * b.sin(), radius * a.cos())
+    })
+}
+
+fn torus_exact(p: &Vec3) -> [f64; 2] {
+    let radius = p.x.hypot(p.z);
+    [2.5, (radius - 1.0) / 0.4 / radius]
+}
+
+fn cylinder(n: usize, amount: f64) -> Mesh {
+    irregular([3 * n, n], [Ends::Closed, Ends::Open], amount, |u, v| {
+        let a = u * std::f64::consts::TAU;
+        Vec3::new(a.sin(), 2.0 * (v - 0.5), a.cos())
+    })
+}
+
+fn saddle(n: usize, amount: f64) -> Mesh {
+    irregular([n, n], [Ends::Open; 2], amount, |u, v| {
+        let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        Vec3::new(x, y, x * y)
+    })
+}
+
+/// From the fundamental forms of `z = xy`, with the normal towards `+z`.
+fn saddle_exact(p: &Vec3) -> [f64; 2] {
+    let w2 = 1.0 + p.x * p.x + p.y * p.y;
+    let mean = p.x * p.y / w2.powf(1.5);
+    let root = (mean * mean + 1.0 / (w2 * w2)).sqrt();
+    [mean + root, mean - root]
+}
+
+fn ellipsoid_exact(p: &Vec3) -> [f64; 2] {
+    let (a, b, c) = (1.0, 1.5, 0.7);
+    let g2 = p.x * p.x / (a * a * a * a) + p.y * p.y / (b * b * b * b) + p.z * p.z / (c * c * c * c);
+    let gauss = 1.0 / (a * b * c * g2).powi(2);
+    let mean = (a * a + b * b + c * c - p.norm_squared()) / (2.0 * (a * b * c).powi(2) * g2.powf(1.5));
+    let root = (mean * mean - gauss).max(0.0).sqrt();
+    [mean + root, mean - root]
+}
+
+fn analytic_shapes(n: usize, levels: u32) -> Vec<(&'static str, Mesh, Exact)> {
+    vec![
+        ("torus", torus(n, 0.0), torus_exact),
+        ("irregular torus", torus(n, 0.3), torus_exact),
+        ("irregular cylinder", cylinder(n, 0.3), |_| [1.0, 0.0]),
+        ("irregular saddle", saddle(n, 0.3), saddle_exact),
+        ("sphere", shapes::icosphere(1.0, levels), |_| [1.0, 1.0]),
+        ("ellipsoid", shapes::ellipsoid(Vec3::new(1.0, 1.5, 0.7), levels), ellipsoid_exact),
+    ]
+}
+
+/// Median and 95th percentile of our error over libigl's, for every shape and resolution, with the rings of each.
+fn ratios_to_libigl(our_rings: u32, their_rings: u32) -> Vec<(String, f64)> {
+    let mut ratios = Vec::new();
+    for (n, levels) in [(20, 3), (40, 4), (80, 5)] {
+        for (name, mesh, exact) in analytic_shapes(n, levels) {
+            let ours = errors(&mesh, &run(&mesh, Method::Quadric, our_rings), exact);
+            let theirs = errors(&mesh, &run(&mesh, Method::Libigl, their_rings), exact);
+            for percent in [50, 95] {
+                let [ours, theirs] = [&ours, &theirs].map(|e| quantile(e, percent));
+                ratios.push((
+                    format!("{name}, n {n}, quantile {percent} %: {ours:e} / {theirs:e}"),
+                    ours / theirs,
+                ));
+            }
+        }
+    }
+    ratios
+}
+
+#[test]
+fn quadric_is_better_than_libigl_with_the_defaults_of_each() {
+    for (case, ratio) in ratios_to_libigl(2, 5) {
+        assert!(ratio < 1.0, "{case} = {ratio}");
+    }
+}
+
+#[test]
+fn quadric_is_no_worse_than_libigl_at_the_same_radius() {
+    for rings in [2, 5] {
+        let ratios = ratios_to_libigl(rings, rings);
+        for (case, ratio) in &ratios {
+            // The one exception of 72: the saddle z = xy has no fourth derivatives that falling weights could keep
+            // out, so on five rings of its finest mesh they only cost efficiency (6 %).
+            let bound = if rings == 5 && case.starts_with("irregular saddle, n 80, quantile 50 %") {
+                1.07
+            } else {
+                1.0
+            };
+            assert!(*ratio <= bound, "{rings} rings, {case} = {ratio}");
+        }
+        let mean = (ratios.iter().map(|(_, r)| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
+        assert!(mean < 0.85, "{rings} rings: geometric mean {mean}");
+    }
+}
+
+#[test]
+fn tilted_fits_keep_the_minimum_of_a_cylinder_at_zero() {
+    // The area-weighted normal leans on an irregular mesh, so the fit has a slope; libigl's matrix then mixes the axes.
+    let mesh = cylinder(40, 0.3);
+    let sorted = |method, value: Measure| {
+        let estimates = run(&mesh, method, 2);
+        let regular = estimates.iter().filter(|e| e.status == Status::Ok);
+        let mut values: Vec<f64> = regular.map(|e| value(&e.principal.unwrap()).abs()).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    // The axis is y: the minimum is zero, and the direction of the maximum has no part along y.
+    let cases: [(&str, Measure); 2] = [("minimum", |p| p.kappa_min), ("direction", |p| p.d1.y)];
+    for (name, value) in cases {
+        let (ours, theirs) = (sorted(Method::Quadric, value), sorted(Method::Libigl, value));
+        for percent in [50, 95] {
+            let [ours, theirs] = [&ours, &theirs].map(|m| quantile(m, percent));
+            assert!(ours < theirs, "{name}, quantile {percent} %: {ours:e} {theirs:e}");
+        }
+    }
+}
+
+#[test]
+fn error_falls_with_the_square_of_the_edge_length() {
+    for (name, coarse, fine, exact) in [
+        ("torus", torus(40, 0.0), torus(80, 0.0), torus_exact as Exact),
+        ("saddle", saddle(40, 0.0), saddle(80, 0.0), saddle_exact),
+    ] {
+        let [coarse, fine] =
+            [&coarse, &fine].map(|mesh| quantile(&errors(mesh, &run(mesh, Method::Quadric, 2), exact), 50));
+        let order = (coarse / fine).log2();
+        assert!((1.8..2.4).contains(&order), "{name}: order {order}, errors {coarse:e} and {fine:e}");
+    }
+}
+
+#[test]
+fn error_estimate_covers_the_error() {
+    for (name, mesh, exact) in analytic_shapes(64, 4) {
+        for rings in [2, 3] {
+            let estimates = run(&mesh, Method::Quadric, rings);
+            let regular =
+                std::iter::zip(mesh.positions(), &estimates).filter(|(_, e)| e.status == Status::Ok);
+            let pairs: Vec<(f64, f64)> = regular.map(|(p, e)| (error(p, e, exact), e.error)).collect();
+            let covered = pairs.iter().filter(|(error, stated)| error <= stated).count() as f64;
+            let share = covered / pairs.len() as f64;
+            assert!(share > 0.85, "{name}, {rings} rings: {share}");
+        }
+    }
+}
+
+#[test]
+fn gauss_bonnet_of_the_estimates() {
+    // The integral of kappa_max kappa_min over a closed surface is 2 pi times its Euler characteristic; what is missing
+    // falls with the square of the edge length.
+    let excess = |mesh: &Mesh, characteristic: f64| {
+        let estimates = run(mesh, Method::Quadric, 2);
+        let gauss = |v: u32| {
+            let p = estimates[v as usize].principal.unwrap();
+            p.kappa_max * p.kappa_min
+        };
+        let on_triangle = |(index, triangle): (usize, &[u32; 3])| {
+            let [a, b, c] = mesh.corners(index);
+            (b - a).cross(&(c - a)).norm() / 6.0 * triangle.map(gauss).iter().sum::<f64>()
+        };
+        let integral: f64 = mesh.triangles().iter().enumerate().map(on_triangle).sum();
+        (integral / std::f64::consts::TAU - characteristic).abs()
+    };
+    let sphere = [4, 5].map(|levels| excess(&shapes::icosphere(3.0, levels), 2.0));
+    let torus = [64, 128].map(|n| excess(&torus(n, 0.3), 0.0));
+    for [coarse, fine] in [sphere, torus] {
+        assert!(fine < 0.02 && fine < coarse / 3.0, "{coarse} {fine}");
+    }
+}
+
+fn tensor(vertex: &VertexCurvature) -> Mat3 {
+    vertex.principal.expect("a regular vertex has an estimate").tensor()
+}
+
+#[test]
+fn scales_with_the_inverse_of_length() {
+    let mesh = torus(24, 0.3);
+    for method in [Method::Quadric, Method::Libigl] {
+        let base = run(&mesh, method, 3);
+        // libigl's own cut-off for singular values is not scale-free, so only a modest range is asked of it.
+        let scales: &[f64] =
+            if method == Method::Libigl { &[1e-3, 1e3] } else { &[1e-150, 1e-9, 1e9, 1e150] };
+        for &scale in scales {
+            let positions = mesh.positions().iter().map(|p| p * scale).collect();
+            let scaled = run(&Mesh::new(positions, mesh.triangles().to_vec()).unwrap(), method, 3);
+            for (a, b) in base.iter().zip(&scaled) {
+                let (a, b) = (a.principal.unwrap(), b.principal.unwrap());
+                let difference =
+                    (a.kappa_max - b.kappa_max * scale).abs().max((a.kappa_min - b.kappa_min * scale).abs());
+                assert!(difference < 1e-10 * a.kappa_max.abs(), "{method:?} {scale:e}: {difference:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn flips_sign_with_orientation() {
+    let mesh = torus(24, 0.3);
+    let flipped = mesh.triangles().iter().map(|&[a, b, c]| [a, c, b]).collect();
+    let flipped = Mesh::new(mesh.positions().to_vec(), flipped).unwrap();
+    for method in [Method::Quadric, Method::Libigl] {
+        for (a, b) in run(&mesh, method, 2).iter().zip(run(&flipped, method, 2)) {
+            let (a, b) = (a.principal.unwrap(), b.principal.unwrap());
+            assert!((a.kappa_max + b.kappa_min).abs() < 1e-11, "{a:?} {b:?}");
+            assert!((a.kappa_min + b.kappa_max).abs() < 1e-11, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn same_bits_for_any_thread_count() {
+    let mesh = torus(48, 0.3);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&mesh, Method::Quadric, 2))
+    };
+    assert_eq!(with(1), with(2));
+    assert_eq!(with(1), with(5));
+}
+
+#[test]
+fn hopeless_vertices_say_why() {
+    let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.3]].map(Vec3::from).to_vec();
+    let status = |positions: Vec<Vec3>, triangles: Vec<[u32; 3]>| -> Vec<Status> {
+        let mesh = Mesh::new(positions, triangles).unwrap();
+        let estimates = run(&mesh, Method::Quadric, 2);
+        for estimate in &estimates {
+            assert!(estimate.principal.is_none() && estimate.error == f64::INFINITY, "{estimate:?}");
+        }
+        estimates.iter().map(|e| e.status).collect()
+    };
+    assert_eq!(status(p.clone(), vec![]), [Status::Isolated; 4]);
+    assert_eq!(status(p.clone(), vec![[0, 1, 2]])[..3], [Status::FewNeighbours; 3]);
+    assert_eq!(status(p.clone(), vec![[0, 1, 2], [1, 3, 2]]), [Status::FewNeighbours; 4]);
+    assert_eq!(status(vec![Vec3::zeros(); 3], vec![[0, 1, 2]]), [Status::Isolated]);
+    // A ribbon one triangle wide with straight sides: two lines carry no second derivative across.
+    let ribbon: Vec<Vec3> = (0..40).map(|i| Vec3::new(f64::from(i / 2), f64::from(i % 2), 0.0)).collect();
+    let strip = (0..38).map(|i| if i % 2 == 0 { [i, i + 2, i + 1] } else { [i, i + 1, i + 2] }).collect();
+    assert_eq!(status(ribbon, strip), [Status::RankDeficient; 40]);
+}
+
+proptest! {
+    #[test]
+    fn invariant_to_rigid_motion_and_numbering(
+        axis in prop::array::uniform3(-1.0..1.0_f64),
+        angle in 0.0..6.3_f64,
+        shift in prop::array::uniform3(-10.0..10.0_f64),
+        stride in 1..641_usize,
+    ) {
+        let mesh = torus(16, 0.3);
+        let base = run(&mesh, Method::Quadric, 2);
+        let axis = Vec3::from(axis) + Vec3::new(0.0, 0.0, 1e-3);
+        let turn = nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(axis), angle);
+        // A permutation: multiplication by a unit modulo a prime above the count, skipping what falls outside.
+        let n = mesh.positions().len();
+        let order: Vec<usize> = (1..641).map(|i| i * stride % 641).filter(|&i| i <= n && i > 0).map(|i| i - 1).collect();
+        prop_assert_eq!(order.len(), n);
+        let mut place = vec![0_u32; n];
+        for (new, &old) in order.iter().enumerate() {
+            place[old] = u32::try_from(new).unwrap();
+        }
+        let positions = order.iter().map(|&old| turn * mesh.positions()[old] + Vec3::from(shift)).collect();
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles().iter().rev().map(|&[a, b, c]| [b, c, a].map(|v| place[v as usize])).collect();
+        let moved = run(&Mesh::new(positions, triangles).unwrap(), Method::Quadric, 2);
+        for (new, &old) in order.iter().enumerate() {
+            let expected = turn.matrix() * tensor(&base[old]) * turn.matrix().transpose();
+            let difference = (tensor(&moved[new]) - expected).amax();
+            // Positions of order 10 carry 1e-15; a second difference over edges of 0.15 magnifies it a thousandfold.
+            prop_assert!(difference < 1e-10, "vertex {}: {:e}", old, difference);
+        }
+    }
+}
