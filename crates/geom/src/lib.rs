@@ -29,9 +29,9 @@ pub mod field;
 pub mod inspect;
 pub mod io;
 pub mod mesh;
+pub mod rays;
 pub mod reference;
 pub mod shapes;
-pub mod rays;
 
 pub use atomic::write_atomically;
 pub use mesh::{Material, Mesh, MeshError, Part};
