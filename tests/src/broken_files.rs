@@ -74,7 +74,7 @@ fn obj() -> Vec<BrokenFile> {
             "has the corner \"99999999999999999999\"",
         ),
         broken("slashes.obj", with("f 1/1/1/1 2 3\n"), "has the corner \"1/1/1/1\""),
-        broken("two_corners.obj", with("f 1 2 3\nf 1 2\n"), "face 2 has 2 corners"),
+        broken("two_corners.obj", with("f 1 2\n"), "has no triangles (3 vertices)"),
         broken(
             "nan.obj",
             "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n",
@@ -90,7 +90,7 @@ fn obj() -> Vec<BrokenFile> {
         broken("not_utf8.obj", b"v 0 0 0\nv \xff\xfe 0 0\n", "line 2: vertex 2 has the coordinate"),
         broken("binary.obj", b"\x7fELF\x02\x01\x01\x00", "line 1: expected a statement"),
         broken("points.obj", "v 0 0 0\nv 1 0 0\np 1 2\n", "has no triangles (2 vertices)"),
-        broken("truncated.obj", with("f 1 2 3\nf 1 2 "), "face 2 has 2 corners"),
+        broken("truncated.obj", with("f 1 2 3\nv 1 "), "line 5: vertex 4 has 1 coordinates"),
     ]
 }
 
@@ -134,7 +134,7 @@ fn ply() -> Vec<BrokenFile> {
         broken("nan.ply", edited("1 0 0", "1 nan 0"), "vertex 1: property \"y\" is not finite: NaN"),
         broken("beyond.ply", edited("3 0 1 2", "3 0 1 3"), "face 0 uses vertex 3 of 3"),
         broken("negative.ply", edited("3 0 1 2", "3 0 -1 2"), "face 0 uses vertex -1 of 3"),
-        broken("two_corners.ply", edited("3 0 1 2", "2 0 1"), "face 0 has 2 corners"),
+        broken("two_corners.ply", edited("3 0 1 2", "2 0 1"), "has no triangles (3 vertices)"),
         broken("no_z.ply", edited("float z", "float w"), "element \"vertex\" has no scalar property \"z\""),
         broken("no_list.ply", edited("vertex_indices", "corners"), "has no list property \"vertex_indices\""),
         broken("cloud.ply", edited("face", "edge"), "has no element \"face\": a point cloud"),

@@ -85,6 +85,11 @@ pub(crate) fn push_polygon(
     warnings.add(how, || format!("face {face} with {} corners {how}; it is cut as a fan", polygon.len()));
 }
 
+/// Other readers pass over faces of one or two corners too, and exporters do write them.
+pub(crate) fn warn_of_few_corners(face: usize, corners: usize, warnings: &mut Warnings) {
+    warnings.add("few corners", || format!("face {face} has {corners} corners and is left out"));
+}
+
 fn fan(corners: usize, kind: CutKind) -> Cut {
     Cut { triangles: (1..corners - 1).map(|i| [0, i, i + 1]).collect(), kind }
 }
