@@ -1,7 +1,7 @@
 //! Time per vertex of the estimators, over neighbourhood and mesh size.
 //!
 //! The meshes are jittered tori of valence 6; the last one has its vertices in random order, which shows what memory
-//! locality is worth. One thread; for ratios to libigl see `tools/reference/bench_curvature.py`.
+//! locality is worth. One thread; for ratios to libigl see `tools/reference/time_libigl.py`.
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use osculate_geom::curvature::{CurvatureOptions, Method, Neighbourhood, estimate};

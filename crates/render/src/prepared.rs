@@ -240,5 +240,5 @@ fn vertex_normals(mesh: &Mesh) -> Vec<Vec3d> {
             sums[corners[i] as usize] += angle * normal;
         }
     }
-    (0..mesh.positions().len()).map(|v| sums[surface.surface_from_vertex(v)]).collect()
+    surface.spread(sums)
 }

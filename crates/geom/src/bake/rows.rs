@@ -69,15 +69,15 @@ fn unit_normals<F: FileFloat>(baked: &BakedMesh) -> Vec<[F; 3]> {
             from_file
                 .as_ref()
                 .and_then(|rows| rows[v])
-                .or_else(|| unit_row(computed[v]?))
+                .or_else(|| unit_row(*computed.get(v)?))
                 .or_else(|| unit_row(Vec3::z()))
                 .expect("+Z is unit in every float type")
         })
         .collect()
 }
 
-/// Angle-weighted normals of the welded surface, so that a UV seam does not show.
-fn vertex_normals(mesh: &Mesh, weld: Weld) -> Vec<Option<Vec3>> {
+/// Angle-weighted normals of the welded surface, so that a UV seam does not show; zero where there is none.
+fn vertex_normals(mesh: &Mesh, weld: Weld) -> Vec<Vec3> {
     let surface = Surface::new(mesh, weld);
     let (positions, triangles) = (surface.positions(), surface.triangles());
     let incident = Adjacency::triangles_of_vertices(triangles, positions.len());

@@ -1,23 +1,30 @@
 //! The loop over vertices that all estimators share.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
 use super::libigl_normals::libigl_vertex_normals;
 use super::moments::Points;
 use super::walker::Walker;
-use super::{CurvatureOptions, Method, OptionsError, Status, VertexCurvature, libigl, quadric};
+use super::{
+    CurvatureOptions, Method, Neighbourhood, OptionsError, Status, VertexCurvature, libigl, quadric,
+};
 use crate::Vec3;
-use crate::mesh::{Adjacency, Link, Surface, area_weighted_normals, triangle_normal, vertex_link};
+use crate::mesh::{
+    Adjacency, Fan, Surface, area_weighted_normals, index_u32, neighbours_and_fans, triangle_normal,
+};
+
+/// Vertices handled by one task.
+const BLOCK: usize = 1024;
 
 /// Estimates principal curvature at every vertex of a surface; entry `i` belongs to surface vertex `i`.
 ///
 /// Never fails on geometry: a vertex without an estimate has `principal: None`, an infinite error and a status that says
 /// why. Runs on rayon's current pool; the result has the same bits for any number of threads.
 ///
-/// Memory beyond the surface: 28 bytes a vertex for adjacency, 25 for normals and flags, 88 for the result, and 4 a
-/// vertex and thread for the walks, on a closed mesh of valence 6.
+/// Memory beyond the surface, on a closed mesh of valence 6: 28 bytes a vertex for adjacency, 25 for normals and fans, 88
+/// for the result, and 4 a vertex and thread for the walks.
 ///
 /// # Errors
 ///
@@ -30,14 +37,14 @@ pub fn estimate(
     let prepared = Prepared::new(surface, options);
     let mut result = vec![VertexCurvature::undetermined(Status::Isolated); surface.positions().len()];
     // A worker takes the scratch of its own index, so blocks do not pay for the walker's stamps again.
-    let workers: Vec<Mutex<Scratch<'_>>> =
-        (0..=rayon::current_num_threads()).map(|_| Mutex::new(Scratch::new(&prepared))).collect();
-    const BLOCK: usize = 1024;
+    let workers: Vec<Mutex<Option<Scratch<'_>>>> =
+        (0..=rayon::current_num_threads()).map(|_| Mutex::new(None)).collect();
     result.par_chunks_mut(BLOCK).enumerate().for_each(|(block, rows)| {
         let worker = rayon::current_thread_index().map_or(0, |index| index + 1).min(workers.len() - 1);
-        let mut scratch = workers[worker].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut scratch = workers[worker].lock().unwrap_or_else(PoisonError::into_inner);
+        let scratch = scratch.get_or_insert_with(|| Scratch::new(&prepared));
         for (offset, row) in rows.iter_mut().enumerate() {
-            *row = prepared.estimate_vertex(block * BLOCK + offset, &mut scratch);
+            *row = prepared.estimate_vertex(block * BLOCK + offset, scratch);
         }
     });
     Ok(result)
@@ -49,25 +56,22 @@ pub(crate) struct Prepared<'a> {
     pub(crate) positions: &'a [Vec3],
     pub(crate) ring: Adjacency,
     pub(crate) normals: Vec<Vec3>,
-    pub(crate) mean_edge: f64,
-    status: Vec<Status>,
-    options: CurvatureOptions,
+    fans: Vec<Fan>,
+    method: Method,
+    /// Never [`Neighbourhood::MeanEdges`]: that has become a radius.
+    neighbourhood: Neighbourhood,
 }
 
 /// What one worker reuses from vertex to vertex.
 #[derive(Debug)]
 pub(crate) struct Scratch<'a> {
     pub(crate) walker: Walker<'a>,
-    /// All points of a fit, or the near ones where the fit tells them apart.
-    pub(crate) inner: Points,
-    /// The far ones.
-    pub(crate) outer: Points,
+    pub(crate) points: Points,
 }
 
 impl<'a> Scratch<'a> {
     fn new(prepared: &'a Prepared<'a>) -> Self {
-        let walker = Walker::new(prepared.positions, &prepared.ring);
-        Self { walker, inner: Points::default(), outer: Points::default() }
+        Self { walker: Walker::new(prepared.positions, &prepared.ring), points: Points::default() }
     }
 }
 
@@ -79,27 +83,25 @@ impl<'a> Prepared<'a> {
             Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),
             Method::Quadric => usable_normals(positions, triangles, &incident),
         };
-        let status = vertex_status(positions, triangles, &incident);
-        let ring = Adjacency::vertices_of_vertices(triangles, &incident);
-        Self {
-            positions,
-            ring,
-            normals,
-            mean_edge: mean_edge(positions, triangles),
-            status,
-            options: *options,
-        }
+        let (ring, fans) = neighbours_and_fans(triangles, &incident);
+        let neighbourhood = match options.neighbourhood() {
+            Neighbourhood::MeanEdges(edges) => Neighbourhood::Radius(edges * mean_edge(positions, triangles)),
+            other => other,
+        };
+        Self { positions, ring, normals, fans, method: options.method, neighbourhood }
     }
 
     fn estimate_vertex(&self, vertex: usize, scratch: &mut Scratch<'_>) -> VertexCurvature {
-        let status = self.status[vertex];
-        if status == Status::Isolated {
-            return VertexCurvature::undetermined(status);
-        }
-        let neighbourhood = self.options.neighbourhood();
-        let mut estimate = match self.options.method {
-            Method::Libigl => libigl::estimate_vertex(self, vertex, neighbourhood, scratch),
-            Method::Quadric => quadric::estimate_vertex(self, vertex, neighbourhood, scratch),
+        let status = match self.fans[vertex] {
+            Fan::Closed => Status::Ok,
+            Fan::Open => Status::Boundary,
+            Fan::NonManifold => Status::NonManifold,
+            Fan::Empty => return VertexCurvature::undetermined(Status::Isolated),
+        };
+        let vertex = index_u32(vertex);
+        let mut estimate = match self.method {
+            Method::Libigl => libigl::estimate_vertex(self, vertex, self.neighbourhood, scratch),
+            Method::Quadric => quadric::estimate_vertex(self, vertex, self.neighbourhood, scratch),
         };
         estimate.status = estimate.status.max(status);
         estimate
@@ -113,30 +115,18 @@ fn mean_edge(positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     sum / (3 * triangles.len().max(1)) as f64
 }
 
-fn vertex_status(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Status> {
-    (0..positions.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .map_init(Vec::new, |scratch, vertex| {
-            let number = u32::try_from(vertex).expect("vertex numbers are 32-bit");
-            match vertex_link(number, incident.row(vertex), triangles, scratch) {
-                Link::Closed => Status::Ok,
-                Link::Open => Status::Boundary,
-                Link::NonManifold => Status::NonManifold,
-                Link::Empty => Status::Isolated,
-            }
-        })
-        .collect()
-}
-
-/// Area-weighted normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the
-/// first incident triangle that has one. Zero where there is none.
+/// Area-weighted normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the first
+/// incident triangle that has one. Zero where there is none.
 fn usable_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
     let stand_in = |vertex: usize| {
         let mut incident = incident.row(vertex).iter();
         incident.find_map(|&t| triangle_normal(triangles[t as usize].map(|v| positions[v as usize])))
     };
-    let normals = area_weighted_normals(positions, triangles, incident);
-    let usable = |(vertex, normal): (usize, Option<Vec3>)| normal.or_else(|| stand_in(vertex));
-    normals.into_iter().enumerate().map(|n| usable(n).unwrap_or_else(Vec3::zeros)).collect()
+    let mut normals = area_weighted_normals(positions, triangles, incident);
+    for (vertex, normal) in normals.iter_mut().enumerate() {
+        if *normal == Vec3::zeros() {
+            *normal = stand_in(vertex).unwrap_or_else(Vec3::zeros);
+        }
+    }
+    normals
 }

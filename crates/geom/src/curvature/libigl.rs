@@ -25,21 +25,22 @@ const SOUND_LENGTHS: std::ops::Range<f64> = 1e-4..1e4;
 
 pub(crate) fn estimate_vertex(
     prepared: &Prepared<'_>,
-    vertex: usize,
+    vertex: u32,
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    gather(prepared, vertex, neighbourhood, scratch);
+    gather(vertex, neighbourhood, scratch);
     if scratch.walker.members().len() < LEAST_MEMBERS {
         return VertexCurvature::undetermined(Status::FewNeighbours);
     }
     let Some(frame) = frame(prepared, vertex) else {
         return VertexCurvature::undetermined(Status::RankDeficient);
     };
-    let Some(length) = project(prepared, vertex, &frame, scratch) else {
+    project(prepared, vertex, &frame, scratch);
+    let Some(length) = scratch.points.extent() else {
         return VertexCurvature::undetermined(Status::RankDeficient);
     };
-    let (height, residual) = fit(&scratch.inner, &frame, length);
+    let (height, residual) = fit(&scratch.points, &frame, length);
     let Height { a, b, c, d, e } = height;
     let (ee, ff, gg) = (1.0 + d * d, d * e, 1.0 + e * e);
     let inverse_norm = 1.0 / (1.0 + d * d + e * e).sqrt();
@@ -57,48 +58,42 @@ pub(crate) fn estimate_vertex(
     VertexCurvature { principal: Some(principal), error, status: Status::Ok }
 }
 
-fn gather(prepared: &Prepared<'_>, vertex: usize, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) {
-    let seed = crate::mesh::index_u32(vertex);
+fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) {
     let walker = &mut scratch.walker;
     match neighbourhood {
-        // libigl raises a radius below 2 to 2.
-        Neighbourhood::Rings(rings) => walker.rings(seed, rings.max(2)),
-        Neighbourhood::Radius(radius) => walker.within_at_least(seed, radius, LEAST_MEMBERS),
-        Neighbourhood::MeanEdges(edges) => {
-            walker.within_at_least(seed, edges.max(2.0) * prepared.mean_edge, LEAST_MEMBERS)
+        // libigl raises a number of rings below 2 to 2.
+        Neighbourhood::Rings(rings) => walker.rings(vertex, rings.max(2)),
+        Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => {
+            walker.within_at_least(vertex, radius, LEAST_MEMBERS)
         }
     };
 }
 
 /// Heights along the vertex normal, the first axis towards the neighbour with the lowest number. `None` where the
 /// normal vanishes or that neighbour lies straight above: libigl's axes are zero there, and so are its curvatures.
-fn frame(prepared: &Prepared<'_>, vertex: usize) -> Option<Frame> {
-    let n = prepared.normals[vertex];
-    let &first = prepared.ring.row(vertex).first()?;
-    let edge = prepared.positions[first as usize] - prepared.positions[vertex];
+fn frame(prepared: &Prepared<'_>, vertex: u32) -> Option<Frame> {
+    let n = prepared.normals[vertex as usize];
+    let &first = prepared.ring.row(vertex as usize).first()?;
+    let edge = prepared.positions[first as usize] - prepared.positions[vertex as usize];
     let t = (edge - n * n.dot(&edge)).try_normalize(0.0)?;
     let s = n.cross(&t).try_normalize(0.0)?;
     Some(Frame { t, s, n })
 }
 
-/// The members that the projection-plane rule keeps; the largest coordinate difference, which is the unit of the fit.
-fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut Scratch<'_>) -> Option<f64> {
-    let members = scratch.walker.members();
-    let facing = |&&member: &&u32| dot(&prepared.normals[member as usize], &frame.n) > 0.0;
-    let facing_count = members.iter().filter(facing).count();
-    let keep_all = facing_count < LEAST_MEMBERS;
-    let origin = prepared.positions[vertex];
-    let offset = |&member: &u32| prepared.positions[member as usize] - origin;
-    let largest = members.iter().map(|m| offset(m).amax()).fold(0.0, f64::max);
-    if largest == 0.0 || !largest.is_finite() {
-        return None;
+/// The members as points, of weight one where the projection-plane rule keeps them and zero where it does not.
+fn project(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) {
+    let Scratch { walker, points } = scratch;
+    let origin = prepared.positions[vertex as usize];
+    let mut facing = 0;
+    points.clear(walker.members().len());
+    for &member in walker.members() {
+        let faces = dot(&prepared.normals[member as usize], &frame.n) > 0.0;
+        facing += usize::from(faces);
+        points.push(&(prepared.positions[member as usize] - origin), f64::from(u8::from(faces)));
     }
-    let points = &mut scratch.inner;
-    points.clear();
-    for member in members.iter().filter(|m| keep_all || facing(m)) {
-        points.push(&offset(member), 1.0);
+    if facing < LEAST_MEMBERS {
+        points.weights_mut().fill(1.0);
     }
-    Some(largest)
 }
 
 /// Summed in coordinate order, as in [`libigl_normals`](super::libigl_normals).
@@ -109,7 +104,11 @@ fn dot(a: &Vec3, b: &Vec3) -> f64 {
 /// The fit, and the root mean square height that it leaves, in units of `length`.
 fn fit(points: &Points, frame: &Frame, length: f64) -> (Height, f64) {
     let sound = SOUND_LENGTHS.contains(&length);
-    let fast = if sound { Moments::accumulate(points, frame, length).solve(LEAST_PIVOT) } else { None };
+    let fast = if sound {
+        Moments::accumulate(points, 0..points.len(), frame, length).solve(LEAST_PIVOT)
+    } else {
+        None
+    };
     if let Some(solution) = fast {
         return (solution.height, (solution.squares_left / points.len() as f64).sqrt());
     }
@@ -120,9 +119,10 @@ fn fit(points: &Points, frame: &Frame, length: f64) -> (Height, f64) {
 /// The minimum-norm solution in world units, singular values up to `5 eps` of the largest dropped (Eigen's `JacobiSVD`).
 fn minimum_norm(points: &Points, frame: &Frame, length: f64) -> Height {
     let rows = points.len();
-    let entry = |row: usize, column: usize| monomials(points, frame, row, 1.0)[column];
+    // A row of weight zero is a row of zeros, which changes nothing.
+    let entry = |row: usize, column: usize| points.weight(row) * monomials(points, frame, row, 1.0)[column];
     let svd = DMatrix::from_fn(rows, 5, entry).svd(true, true);
-    let heights = DVector::from_fn(rows, |row, _| points.offset(row).dot(&frame.n));
+    let heights = DVector::from_fn(rows, |row, _| points.weight(row) * points.offset(row).dot(&frame.n));
     let cut = 5.0 * f64::EPSILON * svd.singular_values.max();
     let x = svd.solve(&heights, cut).unwrap_or_else(|_| DVector::repeat(5, f64::NAN));
     Height { a: x[0] * length, b: x[1] * length, c: x[2] * length, d: x[3], e: x[4] }
@@ -142,6 +142,6 @@ fn residual(points: &Points, frame: &Frame, height: &Height, length: f64) -> f64
         let fitted: f64 = std::iter::zip(x, monomials(points, frame, i, length)).map(|(x, m)| x * m).sum();
         points.offset(i).dot(&frame.n) / length - fitted
     };
-    let squares: f64 = (0..points.len()).map(|i| left(i).powi(2)).sum();
+    let squares: f64 = (0..points.len()).map(|i| points.weight(i) * left(i).powi(2)).sum();
     (squares / points.len() as f64).sqrt()
 }

@@ -4,6 +4,9 @@
 //! all 15 entries of `N` are among the 12 moments `sum w u^p v^q` of degree 2 to 4. Points are streamed once, several at
 //! a time, and nothing but the sums is kept.
 
+use std::ops::Range;
+
+use super::kernel;
 use super::shape_operator::Frame;
 use crate::Vec3;
 
@@ -25,38 +28,71 @@ pub(crate) struct Height {
 /// Neighbours as a structure of arrays: offsets from the vertex in world axes, and weights.
 #[derive(Debug, Default)]
 pub(crate) struct Points {
-    offset: [Vec<f64>; 3],
-    weight: Vec<f64>,
+    /// `x`, `y`, `z` and weight. Only the first `len` entries of each count: the rows never shrink, so that writing one
+    /// more point does not look for memory.
+    rows: [Vec<f64>; 4],
+    len: usize,
 }
 
 impl Points {
-    pub(crate) fn clear(&mut self) {
-        self.offset.iter_mut().for_each(Vec::clear);
-        self.weight.clear();
+    /// Removes all points and makes room for this many.
+    pub(crate) fn clear(&mut self, room: usize) {
+        self.len = 0;
+        if self.rows[0].len() < room {
+            self.rows.iter_mut().for_each(|row| row.resize(2 * room, 0.0));
+        }
     }
 
+    /// Adds a point.
+    ///
+    /// # Panics
+    ///
+    /// If there is no room.
     #[inline]
     pub(crate) fn push(&mut self, offset: &Vec3, weight: f64) {
-        self.offset[0].push(offset.x);
-        self.offset[1].push(offset.y);
-        self.offset[2].push(offset.z);
-        self.weight.push(weight);
+        let point = [offset.x, offset.y, offset.z, weight];
+        for (row, value) in self.rows.iter_mut().zip(point) {
+            row[self.len] = value;
+        }
+        self.len += 1;
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.weight.len()
+        self.len
     }
 
     pub(crate) fn offset(&self, index: usize) -> Vec3 {
-        Vec3::new(self.offset[0][index], self.offset[1][index], self.offset[2][index])
+        Vec3::new(self.rows[0][index], self.rows[1][index], self.rows[2][index])
+    }
+
+    pub(crate) fn weight(&self, index: usize) -> f64 {
+        self.rows[3][index]
+    }
+
+    pub(crate) fn weights_mut(&mut self) -> &mut [f64] {
+        &mut self.rows[3][..self.len]
+    }
+
+    /// The largest coordinate difference of any point, or `None` when all coincide or one is not finite.
+    pub(crate) fn extent(&self) -> Option<f64> {
+        let mut largest = 0.0_f64;
+        for row in &self.rows[..3] {
+            for x in &row[..self.len] {
+                largest = if x.abs() > largest { x.abs() } else { largest };
+            }
+        }
+        (largest > 0.0 && largest.is_finite()).then_some(largest)
+    }
+
+    fn slices(&self, range: Range<usize>) -> [&[f64]; 4] {
+        self.rows.each_ref().map(|row| &row[range.clone()])
     }
 }
 
-/// Lanes that are summed side by side.
-const LANES: usize = 4;
+/// Lanes that are summed side by side: one AVX-512 register.
+pub(super) const LANES: usize = 8;
 /// 12 moments of `u, v` of degree 2 to 4, 5 with `z`, `z^2`, and 3 of degree 0 and 1.
-const SUMS: usize = 21;
-type Sums = [[f64; LANES]; SUMS];
+pub(super) const SUMS: usize = 21;
 
 /// The normal equations of the fit, in units of a length that the caller chose.
 #[derive(Debug, Clone, Copy)]
@@ -65,11 +101,13 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Sums over the points in the frame, lengths divided by `length`. The order of the sum depends on the number of
-    /// points only, so every instruction set gives the same bits.
-    pub(crate) fn accumulate(points: &Points, frame: &Frame, length: f64) -> Self {
-        let scaled = Frame { t: frame.t / length, s: frame.s / length, n: frame.n / length };
-        Self { sums: super::kernel::accumulate(points, &scaled).map(|s| (s[0] + s[1]) + (s[2] + s[3])) }
+    /// Sums over a range of points in the frame, lengths divided by `length`. The order of the sums depends on the number
+    /// of points only, so every instruction set gives the same bits.
+    pub(crate) fn accumulate(points: &Points, range: Range<usize>, frame: &Frame, length: f64) -> Self {
+        let inverse = 1.0 / length;
+        let scaled = Frame { t: frame.t * inverse, s: frame.s * inverse, n: frame.n * inverse };
+        let lanes = kernel::accumulate(points.slices(range), &scaled);
+        Self { sums: lanes.map(|s| ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))) }
     }
 
     /// The equations of both sets of points.
@@ -181,18 +219,13 @@ impl Factor {
     fn solve(&self, right: [f64; 5]) -> [f64; 5] {
         let mut x = right;
         for row in 0..5 {
-            let mut sum = x[row] * self.scale[row];
-            for column in 0..row {
-                sum -= self.lower[row][column] * x[column];
-            }
-            x[row] = sum * self.inverse_pivots[row];
+            let known: f64 = std::iter::zip(&self.lower[row][..row], &x).map(|(l, x)| l * x).sum();
+            x[row] = (x[row] * self.scale[row] - known) * self.inverse_pivots[row];
         }
         for row in (0..5).rev() {
-            let mut sum = x[row];
-            for below in row + 1..5 {
-                sum -= self.lower[below][row] * x[below];
-            }
-            x[row] = sum * self.inverse_pivots[row];
+            let known: f64 =
+                (row + 1..5).zip(&x[row + 1..]).map(|(below, x)| self.lower[below][row] * x).sum();
+            x[row] = (x[row] - known) * self.inverse_pivots[row];
         }
         std::array::from_fn(|i| x[i] * self.scale[i])
     }
@@ -219,67 +252,6 @@ fn cholesky(a: &mut [[f64; 5]; 5], least_pivot: f64) -> Option<[f64; 5]> {
     Some(inverse_pivots)
 }
 
-/// Sums over all points. Inlined into one copy per instruction set, see [`kernel`](super::kernel).
-#[inline(always)]
-pub(super) fn accumulate_points(points: &Points, frame: &Frame) -> Sums {
-    let mut sums = [[0.0; LANES]; SUMS];
-    let [x, y, z] = &points.offset;
-    let rows = [x, y, z, &points.weight];
-    let full = points.len() / LANES * LANES;
-    for start in (0..full).step_by(LANES) {
-        let lanes = rows.map(|row| <[f64; LANES]>::try_from(&row[start..start + LANES]).expect("LANES long"));
-        add(&mut sums, frame, &lanes);
-    }
-    if full < points.len() {
-        let mut lanes = [[0.0; LANES]; 4];
-        for (lane, row) in lanes.iter_mut().zip(rows) {
-            lane[..row.len() - full].copy_from_slice(&row[full..]);
-        }
-        add(&mut sums, frame, &lanes);
-    }
-    sums
-}
-
-#[inline(always)]
-fn add(sums: &mut Sums, frame: &Frame, &[x, y, z, w]: &[[f64; LANES]; 4]) {
-    type Lane = [f64; LANES];
-    let mul = |a: Lane, b: Lane| -> Lane { std::array::from_fn(|i| a[i] * b[i]) };
-    let dot =
-        |axis: &Vec3| -> Lane { std::array::from_fn(|i| x[i] * axis.x + y[i] * axis.y + z[i] * axis.z) };
-    let (u, v, h) = (dot(&frame.t), dot(&frame.s), dot(&frame.n));
-    let (wu, wv) = (mul(w, u), mul(w, v));
-    let (wu2, wuv, wv2) = (mul(wu, u), mul(wu, v), mul(wv, v));
-    let (wu3, wu2v, wuv2, wv3) = (mul(wu2, u), mul(wu2, v), mul(wv2, u), mul(wv2, v));
-    let terms = [
-        mul(wu3, u),
-        mul(wu3, v),
-        mul(wu2v, v),
-        mul(wv3, u),
-        mul(wv3, v),
-        wu3,
-        wu2v,
-        wuv2,
-        wv3,
-        wu2,
-        wuv,
-        wv2,
-        mul(wu2, h),
-        mul(wuv, h),
-        mul(wv2, h),
-        mul(wu, h),
-        mul(wv, h),
-        mul(mul(w, h), h),
-        w,
-        wu,
-        wv,
-    ];
-    for (sum, term) in sums.iter_mut().zip(terms) {
-        for lane in 0..LANES {
-            sum[lane] += term[lane];
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::{SMatrix, SVector};
@@ -289,8 +261,9 @@ mod tests {
     const FRAME: Frame =
         Frame { t: Vec3::new(1.0, 0.0, 0.0), s: Vec3::new(0.0, 1.0, 0.0), n: Vec3::new(0.0, 0.0, 1.0) };
 
-    pub(crate) fn points(f: impl Fn(f64, f64) -> f64) -> Points {
+    fn points(f: impl Fn(f64, f64) -> f64) -> Points {
         let mut points = Points::default();
+        points.clear(23);
         for i in 0..23 {
             let (angle, radius) = (f64::from(i) * 2.4, f64::from(i + 1) / 23.0);
             let (u, v) = (radius * angle.cos(), radius * angle.sin());
@@ -305,7 +278,7 @@ mod tests {
         let fit =
             |u: f64, v: f64| exact.a * u * u + exact.b * u * v + exact.c * v * v + exact.d * u + exact.e * v;
         let Solution { height, squares_left, .. } =
-            Moments::accumulate(&points(fit), &FRAME, 1.0).solve(1e-7).unwrap();
+            Moments::accumulate(&points(fit), 0..23, &FRAME, 1.0).solve(1e-7).unwrap();
         let pairs = [(height.a, 0.3), (height.b, -0.7), (height.c, 0.2), (height.d, 0.05), (height.e, -0.4)];
         for (found, expected) in pairs {
             // Pivots are over 1e-2 here, so the error stays within 1e2 roundings.
@@ -313,7 +286,7 @@ mod tests {
         }
         assert!(squares_left < 1e-14, "{squares_left:e}");
         // In units of half the length, second derivatives are half and slopes the same.
-        let halved = Moments::accumulate(&points(fit), &FRAME, 0.5).solve(1e-7).unwrap().height;
+        let halved = Moments::accumulate(&points(fit), 0..23, &FRAME, 0.5).solve(1e-7).unwrap().height;
         assert!((halved.a - 0.15).abs() + (halved.d - 0.05).abs() < 1e2 * f64::EPSILON, "{halved:?}");
     }
 
@@ -321,14 +294,14 @@ mod tests {
     fn agrees_with_the_inverse_of_the_normal_matrix() {
         let points = points(|u, v| u + (7.0 * v).sin());
         let rows = SMatrix::<f64, 23, 5>::from_fn(|i, j| {
-            let (u, v) = (points.offset[0][i], points.offset[1][i]);
+            let (u, v) = (points.rows[0][i], points.rows[1][i]);
             [u * u, u * v, v * v, u, v][j]
         });
-        let weights = SMatrix::<f64, 23, 23>::from_diagonal(&SVector::from_fn(|i, _| points.weight[i]));
-        let heights = SVector::<f64, 23>::from_fn(|i, _| points.offset[2][i]);
+        let weights = SMatrix::<f64, 23, 23>::from_diagonal(&SVector::from_fn(|i, _| points.weight(i)));
+        let heights = SVector::<f64, 23>::from_fn(|i, _| points.rows[2][i]);
         let inverse = (rows.transpose() * weights * rows).try_inverse().unwrap();
         let expected = inverse * rows.transpose() * weights * heights;
-        let moments = Moments::accumulate(&points, &FRAME, 1.0);
+        let moments = Moments::accumulate(&points, 0..23, &FRAME, 1.0);
         let solution = moments.solve(1e-7).unwrap();
         assert!((solution.height.b - expected[1]).abs() < 1e-12);
         let left = (weights * (heights - rows * expected).component_mul(&(heights - rows * expected))).sum();
@@ -344,10 +317,10 @@ mod tests {
     #[test]
     fn points_on_two_lines_have_no_solution() {
         let mut points = points(|u, _| u * u);
-        for v in &mut points.offset[1] {
+        for v in &mut points.rows[1] {
             *v = if *v > 0.0 { 0.5 } else { 0.0 };
         }
         // v^2 = v / 2 on both lines.
-        assert!(Moments::accumulate(&points, &FRAME, 1.0).solve(1e-10).is_none());
+        assert!(Moments::accumulate(&points, 0..23, &FRAME, 1.0).solve(1e-10).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! The quadric fit done right: distance-scaled, weighted, with the exact shape operator and an error estimate.
 
 use super::estimate::{Prepared, Scratch};
-use super::moments::{Moments, Solution};
+use super::moments::{Moments, Points, Solution};
 use super::shape_operator::{Frame, curvatures_of_height, principal_of_height};
 use super::{Neighbourhood, Principal, Status, VertexCurvature};
 use crate::Vec3;
@@ -27,11 +27,11 @@ const CONFIDENCE: f64 = 2.2;
 
 pub(crate) fn estimate_vertex(
     prepared: &Prepared<'_>,
-    vertex: usize,
+    vertex: u32,
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    let normal = prepared.normals[vertex];
+    let normal = prepared.normals[vertex as usize];
     if normal == Vec3::zeros() {
         return VertexCurvature::undetermined(Status::Isolated);
     }
@@ -39,18 +39,19 @@ pub(crate) fn estimate_vertex(
     let mut status = Status::FewNeighbours;
     let mut previous = 0;
     for step in 0..=ENLARGEMENTS {
-        let gathered = gather(prepared, vertex, neighbourhood, step, scratch);
+        let gathered = gather(vertex, neighbourhood, step, scratch);
         if gathered == previous {
             break; // The component is exhausted.
         }
         previous = gathered;
-        let Some(length) = project(prepared, vertex, &frame, scratch) else { continue };
-        if scratch.inner.len() + scratch.outer.len() < LEAST_NEIGHBOURS {
+        let inner = weigh(prepared, vertex, &frame, scratch);
+        if scratch.points.len() < LEAST_NEIGHBOURS {
             continue;
         }
         status = Status::RankDeficient;
-        if let Some((principal, error)) = fit(scratch, length, &frame) {
-            let error = error + rounding_error(&prepared.positions[vertex], length);
+        let Some(length) = scratch.points.extent() else { continue };
+        if let Some((principal, error)) = fit(&scratch.points, inner, length, &frame) {
+            let error = error + rounding_error(&prepared.positions[vertex as usize], length);
             return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
         }
     }
@@ -58,26 +59,17 @@ pub(crate) fn estimate_vertex(
 }
 
 /// Fills the walker's members, enlarged by `step`; how many there are.
-fn gather(
-    prepared: &Prepared<'_>,
-    vertex: usize,
-    neighbourhood: Neighbourhood,
-    step: u32,
-    scratch: &mut Scratch<'_>,
-) -> usize {
-    let seed = crate::mesh::index_u32(vertex);
-    let growth = 1.5_f64.powi(i32::try_from(step).expect("few steps"));
+fn gather(vertex: u32, neighbourhood: Neighbourhood, step: u32, scratch: &mut Scratch<'_>) -> usize {
     match neighbourhood {
-        Neighbourhood::Rings(rings) => scratch.walker.rings(seed, rings.saturating_add(step)).len(),
-        Neighbourhood::Radius(radius) => scratch.walker.within(seed, radius * growth).len(),
-        Neighbourhood::MeanEdges(edges) => {
-            scratch.walker.within(seed, edges * prepared.mean_edge * growth).len()
+        Neighbourhood::Rings(rings) => scratch.walker.rings(vertex, rings.saturating_add(step)).len(),
+        Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => {
+            let growth = 1.5_f64.powi(i32::try_from(step).expect("few steps"));
+            scratch.walker.within(vertex, radius * growth).len()
         }
     }
 }
 
-/// Writes the members as inner and outer points with their weights; the largest coordinate difference, which is the unit of
-/// the fit, or `None` when all coincide.
+/// Writes the members as weighted points, the inner ones first; how many of those there are.
 ///
 /// The weight falls with distance as `1 - 0.9 r^2`, so that far neighbours, whose heights deviate most from a quadric,
 /// count least. In a ring neighbourhood `r` is the ring over the number of rings: on a stretched mesh that follows the
@@ -85,57 +77,64 @@ fn gather(
 /// into the curvature across it (measured: 4-17 % more error on an ellipsoid). In a radius neighbourhood `r` is the
 /// distance over the farthest one. The weight also falls with the angle between normals and is zero for a neighbour that faces
 /// away, so that the other side of a thin sheet does not take part.
-fn project(prepared: &Prepared<'_>, vertex: usize, frame: &Frame, scratch: &mut Scratch<'_>) -> Option<f64> {
-    let origin = prepared.positions[vertex];
-    let members = &scratch.walker.members()[1..];
-    let offset = |&member: &u32| prepared.positions[member as usize] - origin;
-    let length = members.iter().map(|m| offset(m).amax()).fold(0.0, f64::max);
-    if length == 0.0 || !length.is_finite() {
-        return None;
-    }
-    let (inner, outer) = (&mut scratch.inner, &mut scratch.outer);
-    inner.clear();
-    outer.clear();
-    let mut push = |member: &u32, squared: f64| {
-        let facing = frame.n.dot(&prepared.normals[*member as usize]);
+fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) -> usize {
+    let Scratch { walker, points } = scratch;
+    let origin = prepared.positions[vertex as usize];
+    let members = walker.members();
+    let offset = |member: u32| prepared.positions[member as usize] - origin;
+    let push = |points: &mut Points, member: u32, squared: f64| {
+        let facing = frame.n.dot(&prepared.normals[member as usize]);
         if facing > 0.0 {
-            let points = if squared < INNER { &mut *inner } else { &mut *outer };
             points.push(&offset(member), facing * (1.0 - 0.9 * squared));
         }
     };
-    if let [_, ring_ends @ ..] = scratch.walker.ring_ends()
-        && !ring_ends.is_empty()
-    {
-        let mut start = 0;
-        for (ring, end) in ring_ends.iter().enumerate() {
-            let squared = ((ring + 1) as f64 / ring_ends.len() as f64).powi(2);
-            members[start..end - 1].iter().for_each(|member| push(member, squared));
-            start = end - 1;
+    points.clear(members.len());
+    let mut inner = 0;
+    if let Some((&seed_end, ring_ends)) = walker.ring_ends().split_first() {
+        let mut start = seed_end;
+        for (index, &end) in ring_ends.iter().enumerate() {
+            let relative = (index + 1) as f64 / ring_ends.len() as f64;
+            members[start..end].iter().for_each(|&member| push(points, member, relative * relative));
+            start = end;
+            if relative * relative < INNER {
+                inner = points.len();
+            }
         }
-    } else {
-        let squared = |m: &u32| (offset(m) / length).norm_squared();
-        let farthest = members.iter().map(squared).fold(0.0, f64::max);
-        members.iter().for_each(|member| push(member, squared(member) / farthest));
+        return inner;
     }
-    Some(length)
+    let others = &members[1..];
+    let largest = others.iter().map(|&m| offset(m).amax()).fold(0.0, f64::max);
+    let squared = |member: u32| (offset(member) / largest).norm_squared();
+    let farthest = others.iter().map(|&m| squared(m)).fold(0.0, f64::max);
+    for near in [true, false] {
+        for &member in others {
+            let relative = squared(member) / farthest;
+            if (relative < INNER) == near {
+                push(points, member, relative);
+            }
+        }
+        if near {
+            inner = points.len();
+        }
+    }
+    inner
 }
 
 /// The curvature of all points together and its estimated error, 1/length; `None` if they do not determine it.
-fn fit(scratch: &Scratch<'_>, length: f64, frame: &Frame) -> Option<(Principal, f64)> {
-    let inner = Moments::accumulate(&scratch.inner, frame, length);
-    let all = inner.plus(&Moments::accumulate(&scratch.outer, frame, length));
+fn fit(points: &Points, inner: usize, length: f64, frame: &Frame) -> Option<(Principal, f64)> {
+    let near = Moments::accumulate(points, 0..inner, frame, length);
+    let all = near.plus(&Moments::accumulate(points, inner..points.len(), frame, length));
     let solution = all.solve(LEAST_PIVOT)?;
     let principal = principal_of_height(&solution.height, length, frame);
     if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
         return None;
     }
-    let count = scratch.inner.len() + scratch.outer.len();
-    let noise = CONFIDENCE * standard_error(&all, &solution, count) / length;
-    let bias = inner.solve(LEAST_PIVOT).map_or(0.0, |solution| {
+    let noise = CONFIDENCE * standard_error(&all, &solution, points.len()) / length;
+    let bias = near.solve(LEAST_PIVOT).map_or(0.0, |solution| {
         let (max, min) = curvatures_of_height(&solution.height, length);
         let change = (principal.kappa_max - max).abs().max((principal.kappa_min - min).abs());
-        let (reach, inner_reach) = (all.reach_squared(), inner.reach_squared());
-        change * reach / (reach - inner_reach)
+        let (reach, near_reach) = (all.reach_squared(), near.reach_squared());
+        change * reach / (reach - near_reach)
     });
     Some((principal, noise.hypot(bias)))
 }

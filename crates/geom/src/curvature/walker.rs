@@ -165,13 +165,14 @@ impl PartialOrd for Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::neighbours_and_fans;
     use crate::shapes;
 
     #[test]
     fn rings_of_a_triangle_grid_are_hexagons() {
         let mesh = shapes::plane(20, 20);
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
-        let ring = Adjacency::vertices_of_vertices(mesh.triangles(), &incident);
+        let (ring, _) = neighbours_and_fans(mesh.triangles(), &incident);
         let mut walker = Walker::new(mesh.positions(), &ring);
         let middle = 10 * 21 + 10;
         for (rings, expected) in [(0, 1), (1, 7), (2, 19), (5, 91)] {
@@ -187,7 +188,7 @@ mod tests {
         let mesh = shapes::plane(20, 20);
         let p = mesh.positions();
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), p.len());
-        let ring = Adjacency::vertices_of_vertices(mesh.triangles(), &incident);
+        let (ring, _) = neighbours_and_fans(mesh.triangles(), &incident);
         let mut walker = Walker::new(p, &ring);
         let seed = 8 * 21 + 7;
         let mut found = walker.within(seed, 0.23).to_vec();

@@ -1,7 +1,5 @@
 //! Which vertices and triangles meet at a vertex, in compressed rows.
 
-use rayon::prelude::*;
-
 use super::weld::index_u32;
 
 /// Compressed rows of `u32` indices: row `i` is `entries[offsets[i]..offsets[i + 1]]`.
@@ -38,33 +36,14 @@ impl Adjacency {
         Self { offsets, entries }
     }
 
-    /// The vertices that share a triangle with every vertex, ascending, without duplicates and without itself.
-    #[must_use]
-    pub fn vertices_of_vertices(triangles: &[[u32; 3]], incident: &Self) -> Self {
-        const BLOCK: usize = 1 << 14;
-        let count = incident.len();
-        let blocks: Vec<(Vec<u32>, Vec<u32>)> = (0..count.div_ceil(BLOCK))
-            .into_par_iter()
-            .map(|block| {
-                let (mut lengths, mut entries) = (Vec::with_capacity(BLOCK), Vec::with_capacity(7 * BLOCK));
-                let mut ring = Vec::new();
-                for vertex in block * BLOCK..count.min((block + 1) * BLOCK) {
-                    ring.clear();
-                    let corners = incident.row(vertex).iter().flat_map(|&t| triangles[t as usize]);
-                    ring.extend(corners.filter(|&v| v as usize != vertex));
-                    ring.sort_unstable();
-                    ring.dedup();
-                    lengths.push(index_u32(ring.len()));
-                    entries.extend_from_slice(&ring);
-                }
-                (lengths, entries)
-            })
-            .collect();
-        let mut offsets = Vec::with_capacity(count + 1);
+    /// Concatenates blocks of rows, each the lengths of its rows and their entries.
+    pub(crate) fn from_blocks(blocks: Vec<(Vec<u32>, Vec<u32>)>) -> Self {
+        let rows = blocks.iter().map(|(lengths, _)| lengths.len()).sum::<usize>();
+        let mut offsets = Vec::with_capacity(rows + 1);
         offsets.push(0);
         offsets.extend(blocks.iter().flat_map(|(lengths, _)| lengths));
         accumulate(&mut offsets);
-        let mut entries = Vec::with_capacity(offsets[count] as usize);
+        let mut entries = Vec::with_capacity(offsets[rows] as usize);
         for (_, block) in blocks {
             entries.extend_from_slice(&block);
         }
@@ -118,9 +97,6 @@ mod tests {
         assert_eq!(incident.row(0), [0, 1]);
         assert_eq!(incident.row(3), [1, 2]);
         assert!(incident.row(4).is_empty());
-        let ring = Adjacency::vertices_of_vertices(&triangles, &incident);
-        assert_eq!(ring.row(0), [1, 2, 3]);
-        assert_eq!(ring.row(3), [0, 1, 2]);
-        assert_eq!((ring.row(4), ring.len()), (&[][..], 5));
+        assert_eq!(incident.len(), 5);
     }
 }

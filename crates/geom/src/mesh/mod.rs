@@ -1,6 +1,7 @@
 //! Triangle meshes as files hold them, and the surface under their seams.
 
 mod adjacency;
+mod fans;
 mod normals;
 mod topology;
 mod triangle_mesh;
@@ -8,8 +9,8 @@ mod uv;
 mod weld;
 
 pub use adjacency::Adjacency;
+pub(crate) use fans::{Fan, neighbours_and_fans};
 pub use normals::{angle_weighted_normals, area_weighted_normals, triangle_normal};
-pub(crate) use topology::{Link, vertex_link};
 pub use topology::{Orientation, Topology};
 pub use triangle_mesh::{Material, Mesh, MeshError, Part, TextureImage};
 pub use uv::{UvJacobian, uv_jacobian, uv_scale};

@@ -3,56 +3,59 @@
 use rayon::prelude::*;
 
 use super::Adjacency;
+use super::triangle_mesh::bbox_diagonal;
 use crate::Vec3;
 
 /// Unit normal of a triangle by the right-hand rule, or `None` when its area is zero.
 ///
 /// Works at any scale: the edges are scaled by their largest component before they are multiplied.
 #[must_use]
-pub fn triangle_normal(corners: [Vec3; 3]) -> Option<Vec3> {
-    let (normal, _) = scaled_cross(corners)?;
-    Some(normal)
+pub fn triangle_normal([a, b, c]: [Vec3; 3]) -> Option<Vec3> {
+    let (u, v) = (b - a, c - a);
+    let scale = u.amax().max(v.amax());
+    if scale == 0.0 || !scale.is_finite() {
+        return None;
+    }
+    unit((u / scale).cross(&(v / scale)))
 }
 
-/// Unit vertex normals, each the sum of the incident triangles' normals weighted by their areas, as libigl takes them.
+/// Unit vertex normals, each the sum of the incident triangles' normals weighted by their areas. Slivers hardly count.
 ///
-/// `None` where the sum is zero: no triangle of non-zero area, or opposite ones that cancel.
+/// Zero where the sum is zero: no triangle of non-zero area, or opposite ones that cancel. Areas below 1e-300 of the squared
+/// bounding box diagonal count as zero.
 #[must_use]
-pub fn area_weighted_normals(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    incident: &Adjacency,
-) -> Vec<Option<Vec3>> {
-    vertex_normals(positions, triangles, incident, |_, corners| {
-        let (normal, area) = scaled_cross(corners)?;
-        Some((normal, area))
+pub fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
+    // A power of two, so that scaling is exact, near the mesh's size, so that products of edges neither overflow nor
+    // underflow at scales from 1e-150 to 1e150.
+    let size = bbox_diagonal(positions);
+    let inverse = if size > 0.0 { (-size.log2().round()).exp2() } else { 1.0 };
+    vertex_normals(triangles, incident, |_, corners| {
+        let [a, b, c] = corners.map(|v| positions[v as usize]);
+        ((b - a) * inverse).cross(&((c - a) * inverse))
     })
 }
 
 /// Unit vertex normals, each the sum of the incident triangles' normals weighted by their angles at the vertex
 /// (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", Journal of Graphics Tools, 1998).
 ///
-/// Unlike area weighting it does not depend on how a flat or smooth surface is cut into triangles. `None` as there.
+/// Unlike area weighting it does not depend on how a flat or smooth surface is cut into triangles, which makes it the one
+/// for shading; but a sliver with an angle of nearly pi weighs as much as half a disc. Zero as there.
 #[must_use]
-pub fn angle_weighted_normals(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    incident: &Adjacency,
-) -> Vec<Option<Vec3>> {
-    vertex_normals(positions, triangles, incident, |corner, corners| {
-        let (normal, _) = scaled_cross(corners)?;
-        let [a, b, c] = [corners[corner], corners[(corner + 1) % 3], corners[(corner + 2) % 3]];
-        Some((normal, angle(b - a, c - a)))
+pub fn angle_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
+    vertex_normals(triangles, incident, |corner, corners| {
+        let p = corners.map(|v| positions[v as usize]);
+        let [a, b, c] = [p[corner], p[(corner + 1) % 3], p[(corner + 2) % 3]];
+        triangle_normal(p).map_or_else(Vec3::zeros, |normal| normal * angle(b - a, c - a))
     })
 }
 
+/// Normalised sums of `weighted(corner, triangle)` over the triangles at each vertex.
 fn vertex_normals(
-    positions: &[Vec3],
     triangles: &[[u32; 3]],
     incident: &Adjacency,
-    weighted: impl Fn(usize, [Vec3; 3]) -> Option<(Vec3, f64)> + Sync,
-) -> Vec<Option<Vec3>> {
-    (0..positions.len())
+    weighted: impl Fn(usize, [u32; 3]) -> Vec3 + Sync,
+) -> Vec<Vec3> {
+    (0..incident.len())
         .into_par_iter()
         .with_min_len(1024)
         .map(|vertex| {
@@ -60,27 +63,21 @@ fn vertex_normals(
             for &index in incident.row(vertex) {
                 let triangle = triangles[index as usize];
                 let corner = triangle.iter().position(|&v| v as usize == vertex).expect("incident");
-                if let Some((normal, weight)) = weighted(corner, triangle.map(|v| positions[v as usize])) {
-                    sum += normal * weight;
-                }
+                sum += weighted(corner, triangle);
             }
-            // Areas may be as small as 1e-300; their squares must not decide that the sum is zero.
-            let largest = sum.amax();
-            if largest > 0.0 { Some((sum / largest).normalize()) } else { None }
+            unit(sum).unwrap_or_else(Vec3::zeros)
         })
         .collect()
 }
 
-/// Unit normal and area (half the cross product's length, possibly underflowing to zero) of a triangle.
-fn scaled_cross([a, b, c]: [Vec3; 3]) -> Option<(Vec3, f64)> {
-    let (u, v) = (b - a, c - a);
-    let scale = u.amax().max(v.amax());
-    if scale == 0.0 || !scale.is_finite() {
-        return None;
+/// The unit vector, also where the squares of the components would underflow.
+fn unit(v: Vec3) -> Option<Vec3> {
+    let squared = v.norm_squared();
+    if squared > 1e-200 {
+        return Some(v / squared.sqrt());
     }
-    let cross = (u / scale).cross(&(v / scale));
-    let length = cross.norm();
-    if length == 0.0 { None } else { Some((cross / length, 0.5 * length * scale * scale)) }
+    let largest = v.amax();
+    if largest > 0.0 { Some((v / largest).normalize()) } else { None }
 }
 
 fn angle(u: Vec3, v: Vec3) -> f64 {
@@ -101,9 +98,9 @@ mod tests {
         let outward = -Vec3::repeat(1.0 / 3.0_f64.sqrt());
         for scale in [1e-150, 1.0, 1e150] {
             let scaled: Vec<Vec3> = p.iter().map(|p| p * scale).collect();
-            let angle = angle_weighted_normals(&scaled, &triangles, &incident)[0].unwrap();
+            let angle = angle_weighted_normals(&scaled, &triangles, &incident)[0];
             assert!((angle - outward).norm() < 1e-15, "scale {scale}: {angle}");
-            let area = area_weighted_normals(&scaled, &triangles, &incident)[0].unwrap();
+            let area = area_weighted_normals(&scaled, &triangles, &incident)[0];
             let expected = -Vec3::new(1.0, 1.0, 2.0).normalize();
             assert!((area - expected).norm() < 1e-15, "scale {scale}: {area}");
         }
@@ -116,6 +113,6 @@ mod tests {
         let both_sides = [[0, 1, 2], [0, 2, 1]];
         let p = [Vec3::zeros(), Vec3::x(), Vec3::y()];
         let incident = Adjacency::triangles_of_vertices(&both_sides, 3);
-        assert_eq!(area_weighted_normals(&p, &both_sides, &incident), [None; 3]);
+        assert_eq!(area_weighted_normals(&p, &both_sides, &incident), [Vec3::zeros(); 3]);
     }
 }

@@ -150,87 +150,9 @@ fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
     vertex
 }
 
-/// How the triangles at one vertex are arranged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Link {
-    /// One closed fan.
-    Closed,
-    /// One open fan.
-    Open,
-    /// Several fans, an edge with three or more triangles, or disagreeing orientation.
-    NonManifold,
-    /// No proper triangle.
-    Empty,
-}
-
-/// Classifies the triangles around `vertex` from the edges opposite to it alone, without a global edge table.
-pub(crate) fn vertex_link(
-    vertex: u32,
-    incident: &[u32],
-    triangles: &[[u32; 3]],
-    scratch: &mut Vec<[u32; 2]>,
-) -> Link {
-    scratch.clear();
-    for &index in incident {
-        let t = triangles[index as usize];
-        let corner = t.iter().position(|&v| v == vertex).expect("incident");
-        let (next, last) = (t[(corner + 1) % 3], t[(corner + 2) % 3]);
-        if next != vertex && last != vertex && next != last {
-            scratch.push([next, last]);
-        }
-    }
-    let Some(&first) = scratch.first() else { return Link::Empty };
-    // A vertex of the link that starts two of its edges, or ends two, lies on a fan edge that is shared wrongly.
-    let repeated = |side: usize| {
-        scratch.iter().enumerate().any(|(i, e)| scratch[..i].iter().any(|earlier| earlier[side] == e[side]))
-    };
-    // Quadratic in the valence, which is 6 on average; a pole of valence 500 costs 0.1 ms.
-    if repeated(0) || repeated(1) {
-        return Link::NonManifold;
-    }
-    let follow = |from: u32| scratch.iter().find(|e| e[0] == from);
-    let (mut length, mut end) = (1, first[1]);
-    while let Some(edge) = follow(end) {
-        if *edge == first {
-            return if length == scratch.len() { Link::Closed } else { Link::NonManifold };
-        }
-        (length, end) = (length + 1, edge[1]);
-    }
-    // The first edge lies inside an open fan: count what comes before it, too.
-    let mut begin = first[0];
-    while let Some(edge) = scratch.iter().find(|e| e[1] == begin) {
-        (length, begin) = (length + 1, edge[0]);
-    }
-    if length == scratch.len() { Link::Open } else { Link::NonManifold }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Adjacency;
-
-    fn link(triangles: &[[u32; 3]], vertex: u32) -> Link {
-        let incident = Adjacency::triangles_of_vertices(triangles, 8);
-        vertex_link(vertex, incident.row(vertex as usize), triangles, &mut Vec::new())
-    }
-
-    #[test]
-    fn links_of_all_kinds() {
-        let tetrahedron = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
-        assert_eq!(link(&tetrahedron, 0), Link::Closed);
-        assert_eq!(link(&tetrahedron[..3], 1), Link::Open);
-        assert_eq!(link(&tetrahedron[1..3], 0), Link::Open);
-        let bow_tie = [[0, 1, 2], [0, 3, 4]];
-        assert_eq!(link(&bow_tie, 0), Link::NonManifold);
-        let disagreeing = [[0, 1, 2], [0, 3, 2]];
-        assert_eq!(link(&disagreeing, 0), Link::NonManifold);
-        let three_leaves = [[0, 1, 2], [0, 1, 3], [0, 1, 4]];
-        assert_eq!(link(&three_leaves, 0), Link::NonManifold);
-        assert_eq!(link(&three_leaves, 2), Link::Open);
-        assert_eq!(link(&[[0, 0, 1]], 0), Link::Empty);
-        let two_tetrahedra_at_a_point = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [0, 4, 5], [0, 5, 6], [0, 6, 4]];
-        assert_eq!(link(&two_tetrahedra_at_a_point, 0), Link::NonManifold);
-    }
 
     #[test]
     fn euler_characteristic_and_neighbours() {
