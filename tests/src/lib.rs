@@ -1,1 +1,4 @@
-//! Cross-crate tests live in `tests/tests/`, one file per theme; recorded data in `tests/data/`.
+//! Cross-crate tests live in `tests/tests/`, one file per theme; recorded data in `tests/data/`. Input that several of them
+//! share is made here.
+
+pub mod broken_files;

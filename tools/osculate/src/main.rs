@@ -1,2 +1,37 @@
-//! Command line of Osculate.
-fn main() {}
+//! Command line of Osculate: arguments become library options, results become words, files and exit codes.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `cli` | the arguments that all commands share, and the list of commands |
+//! | `commands/` | one file per command: its arguments, what it runs, what it reports |
+//! | `estimate` | the arguments that choose an estimator |
+//! | `field` | what the renderer asks about curvature along a ray |
+//! | `input`, `output` | files in, files out, and the checks before any work |
+//! | `console` | what a person sees: lines, warnings, progress |
+//! | `report` | what a program sees: `--json` |
+
+mod cli;
+mod commands;
+mod console;
+mod estimate;
+mod field;
+mod input;
+mod output;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    // Prints help and usage errors by itself, with exit codes 0 and 2.
+    let cli = cli::Cli::parse();
+    match cli.run() {
+        Ok(cli::Outcome::Done) => ExitCode::SUCCESS,
+        Ok(cli::Outcome::CheckFailed) => ExitCode::from(1),
+        Err(error) => {
+            console::error(&error);
+            ExitCode::from(2)
+        }
+    }
+}

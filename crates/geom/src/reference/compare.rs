@@ -306,7 +306,7 @@ fn worst(tally: &mut Tally, found: &[VertexCurvature], options: &CompareOptions)
 fn describe(difference: &Difference, options: &CompareOptions) -> String {
     let k = usize::from(difference.kappa[1] > difference.kappa[0]);
     let name = ["kappa_max", "kappa_min"][k];
-    let mut text = format!("{name} is {:e}, expected {:e}", difference.found[k], difference.expected[k]);
+    let mut text = format!("{name} is {:.9e}, expected {:.9e}", difference.found[k], difference.expected[k]);
     if let Some(angle) = difference.angle.filter(|&angle| angle > options.bounds.angle) {
         text += &format!("; direction off by {angle:.2e} rad");
     }

@@ -50,11 +50,9 @@ pub(crate) fn read_scene(
 
 /// Extensions that change the picture, in files that do not require them.
 fn warn_of_extensions(root: &Root, warnings: &mut Warnings) {
-    for (extension, what) in [
-        ("KHR_texture_transform", "texture transforms"),
-        ("EXT_mesh_gpu_instancing", "GPU instances"),
-        ("KHR_texture_basisu", "Basis Universal textures"),
-    ] {
+    for (extension, what) in
+        [("EXT_mesh_gpu_instancing", "GPU instances"), ("KHR_texture_basisu", "Basis Universal textures")]
+    {
         if root.extensions_used.iter().any(|e| e == extension) {
             warnings.add(extension, || format!("{what} ({extension}) are left out"));
         }
@@ -139,6 +137,17 @@ mod tests {
         let [a, b, c] = mesh.corners(0);
         let normal = (b - a).cross(&(c - a)).normalize();
         assert!((normal - mesh.normals().unwrap()[0]).norm() < 1e-12, "{normal}");
+    }
+
+    #[test]
+    fn texture_transforms_are_applied_per_material() {
+        let plain = format!(r#"{{{ATTRIBUTES},"indices":3,"material":0}},{{{ATTRIBUTES},"indices":3}}"#);
+        let json = String::from_utf8(quad(&plain, "")).unwrap();
+        let transform = r#""baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"scale":[4,2],"offset":[0.5,0]}}},"#;
+        let json = json.replace(r#""baseColorFactor""#, &format!(r#"{transform}"baseColorFactor""#));
+        let mesh = read_gltf(json.as_bytes(), &no_files).unwrap().mesh;
+        assert_eq!(mesh.uv_sets()[0][..4], [[0.5, 1.0], [4.5, 1.0], [4.5, -1.0], [0.5, -1.0]]);
+        assert_eq!(mesh.uv_sets()[0][4..], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use nalgebra::Matrix4;
 
 use super::GltfError;
 use super::file::{GltfFile, item, label, valid};
+use super::material::UvTransform;
 use super::scene::Instance;
 use crate::io::ReadProblem;
 use crate::io::warnings::Warnings;
@@ -20,6 +21,9 @@ use crate::{Mat3, Material, Mesh, Part, Vec3};
 /// Instances multiply a small file: 2^28 vertices take 6 GB, more than any scene that is worth a bake.
 const MOST_VERTICES: usize = 1 << 28;
 const MOST_TRIANGLES: usize = 1 << 28;
+
+/// Primitives of a mesh share vertices if they have the same accessors and the same texture transform.
+type VertexKey = (Vec<(Semantic, usize)>, Option<[u32; 5]>);
 
 /// A run of mesh vertices that come from one set of accessors.
 #[derive(Debug, Clone)]
@@ -65,7 +69,7 @@ impl<'a> Assembly<'a> {
     pub fn add_instance(&mut self, instance: &Instance, warnings: &mut Warnings) -> Result<(), GltfError> {
         let mesh = item(&self.file.root.meshes, instance.mesh, "mesh", &instance.node)?;
         let mesh_label = label("mesh", instance.mesh.value(), mesh.name.as_ref());
-        let mut known: HashMap<Vec<(Semantic, usize)>, usize> = HashMap::new();
+        let mut known: HashMap<VertexKey, usize> = HashMap::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("{mesh_label}, primitive {number}");
             let mode = valid(&primitive.mode, "mode", &place)?;
@@ -77,15 +81,17 @@ impl<'a> Assembly<'a> {
                 warnings.add("targets", || format!("{place}: morph targets are left out"));
             }
             let attributes = attributes(primitive);
-            let key = attributes.iter().map(|(semantic, i)| (semantic.clone(), i.value())).collect();
-            let block = match known.entry(key) {
-                Entry::Occupied(block) => *block.get(),
-                Entry::Vacant(slot) => *slot.insert(self.add_vertices(attributes, instance, &place)?),
-            };
             let material = primitive.material;
-            if let Some(index) = material {
-                item(&self.file.root.materials, index, "material", &place)?;
-            }
+            let json_material =
+                material.map(|m| item(&self.file.root.materials, m, "material", &place)).transpose()?;
+            let uv_transform = json_material.and_then(UvTransform::of);
+            let accessors = attributes.iter().map(|(semantic, i)| (semantic.clone(), i.value())).collect();
+            let block = match known.entry((accessors, uv_transform.map(|t| t.key()))) {
+                Entry::Occupied(block) => *block.get(),
+                Entry::Vacant(slot) => {
+                    *slot.insert(self.add_vertices(attributes, uv_transform, instance, &place)?)
+                }
+            };
             let start = self.triangles.len();
             self.add_triangles(primitive, mode, block, &place)?;
             if self.triangles.len() > MOST_TRIANGLES {
@@ -102,6 +108,7 @@ impl<'a> Assembly<'a> {
     fn add_vertices(
         &mut self,
         attributes: BTreeMap<Semantic, Index<Accessor>>,
+        uv_transform: Option<UvTransform>,
         instance: &Instance,
         place: &str,
     ) -> Result<usize, GltfError> {
@@ -131,7 +138,7 @@ impl<'a> Assembly<'a> {
             self.has_normals = true;
         }
         self.normals.resize(first + count, Vec3::zeros());
-        self.add_uvs(&attributes, first, count, place)?;
+        self.add_uvs(&attributes, uv_transform, first, count, place)?;
         self.blocks.push(VertexBlock { first, rows: count, attributes, world_from_object });
         Ok(self.blocks.len() - 1)
     }
@@ -139,6 +146,7 @@ impl<'a> Assembly<'a> {
     fn add_uvs(
         &mut self,
         attributes: &BTreeMap<Semantic, Index<Accessor>>,
+        uv_transform: Option<UvTransform>,
         first: usize,
         count: usize,
         place: &str,
@@ -151,7 +159,9 @@ impl<'a> Assembly<'a> {
                 self.uv_sets.push(Vec::new());
             }
             self.uv_sets[set].resize(first, [0.0; 2]);
-            self.uv_sets[set].extend(rows.into_iter().map(|[u, v]| [u, 1.0 - v]));
+            let transform = uv_transform.filter(|_| set == 0);
+            let moved = rows.into_iter().map(|uv| transform.map_or(uv, |t| t.apply(uv)));
+            self.uv_sets[set].extend(moved.map(|[u, v]| [u, 1.0 - v]));
         }
         for uvs in &mut self.uv_sets {
             uvs.resize(first + count, [0.0; 2]);

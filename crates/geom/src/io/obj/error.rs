@@ -81,16 +81,6 @@ pub enum ObjError {
         /// Number of the line.
         line: usize,
     },
-    /// A face has fewer than three corners.
-    #[error("face {face} has {corners} corners; a face needs three (line {line})")]
-    FewCorners {
-        /// Number of the face.
-        face: usize,
-        /// How many it has.
-        corners: usize,
-        /// Number of the line.
-        line: usize,
-    },
     /// More than 32-bit indices can name.
     #[error("has {count} {what}s, more than the {} that 32-bit indices can name", u32::MAX)]
     TooMany {

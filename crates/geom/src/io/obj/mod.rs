@@ -13,7 +13,7 @@ pub use error::ObjError;
 
 use super::corners::{Attributes, CornerVertices};
 use super::files::{Resolver, Textures};
-use super::polygon::push_polygon;
+use super::polygon::{push_polygon, warn_of_few_corners};
 use super::warnings::Warnings;
 use super::{Read, ReadProblem, finish, index_from_f64};
 use crate::{MeshError, Part, Vec3};
@@ -65,6 +65,8 @@ struct Builder {
     triangles: Vec<[u32; 3]>,
     parts: Vec<Part>,
     faces: usize,
+    /// Of those, the ones that are left out.
+    faces_left_out: usize,
     faces_without: [usize; 2],
 }
 
@@ -77,6 +79,7 @@ impl Builder {
             triangles: Vec::new(),
             parts: Vec::new(),
             faces: 0,
+            faces_left_out: 0,
             faces_without: [0; 2],
         }
     }
@@ -90,13 +93,19 @@ impl Builder {
         let mut polygon = Vec::new();
         for face in 0..faces {
             let arity = mesh.face_arities.get(face).map_or(3, |&n| n as usize);
+            self.faces += 1;
+            if arity < 3 {
+                warn_of_few_corners(self.faces, arity, warnings);
+                self.faces_left_out += 1;
+                next_corner += arity;
+                continue;
+            }
             polygon.clear();
             let mut missing = [false; 2];
             for corner in next_corner..next_corner + arity {
                 polygon.push(self.vertex(mesh, corner, &mut missing)?);
             }
             next_corner += arity;
-            self.faces += 1;
             for (count, missing) in self.faces_without.iter_mut().zip(missing) {
                 *count += usize::from(missing);
             }
@@ -137,8 +146,8 @@ impl Builder {
     fn warn_of_gaps(&self, warnings: &mut Warnings) {
         let kinds = [("texture coordinates", "(0, 0)"), ("normals", "none")];
         for ((what, instead), without) in kinds.into_iter().zip(self.faces_without) {
-            if without > 0 && without < self.faces {
-                let faces = self.faces;
+            let faces = self.faces - self.faces_left_out;
+            if without > 0 && without < faces {
                 warnings
                     .add(what, || format!("{without} of {faces} faces have no {what}; they get {instead}"));
             }
@@ -245,11 +254,21 @@ mod tests {
         assert_eq!(message("f 1 2 0"), "face 1 uses vertex 0 of 3; OBJ counts from 1 (line 4)");
         assert_eq!(message("f 1 2 -4"), "face 1 uses vertex -4 of 3 before it (line 4)");
         assert_eq!(message("f 1/1 2/1 3/1"), "face 1 uses texture coordinate 1 of 0 (line 4)");
-        assert_eq!(message("f 1 2"), "face 1 has 2 corners; a face needs three (line 4)");
         assert!(message("f 1 2 3/1/1/1").starts_with("face 1 has the corner \"3/1/1/1\""));
         assert!(message("f 1 2 99999999999999999999").starts_with("face 1 has the corner"));
         assert!(message("\u{0}\u{1}").starts_with("line 4: expected a statement"));
         assert_eq!(message(""), "has no triangles (3 vertices); curvature needs a surface");
+    }
+
+    #[test]
+    fn faces_without_area_do_not_shift_the_numbers_of_others() {
+        let read = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2\nf\nf 1 2 3\nf 1 1 4 4\n").unwrap();
+        assert_eq!(read.mesh.triangles().len(), 3);
+        let warnings = [
+            "face 1 has 2 corners and is left out (and 1 more like it)",
+            "face 4 with 4 corners has no area; it is cut as a fan",
+        ];
+        assert_eq!(read.warnings, warnings);
     }
 
     #[test]

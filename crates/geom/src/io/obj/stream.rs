@@ -143,19 +143,14 @@ impl<'a, L: Iterator<Item = (usize, Cow<'a, [u8]>)>> TobjStream<'a, L> {
         self.faces += 1;
         let face = self.faces;
         self.buffer.push(b'f');
-        let mut corners = 0;
         for word in words(rest) {
             let [v, vt, vn] = self.corner(word, face, line)?;
             write!(self.buffer, " {v}").expect("a Vec takes all that is written");
             if !self.values.uvs.is_empty() || !self.values.normals.is_empty() {
                 write!(self.buffer, "/{}/{}", vt + 1, vn + 1).expect("a Vec takes all that is written");
             }
-            corners += 1;
         }
         self.buffer.push(b'\n');
-        if corners < 3 {
-            return Err(ObjError::FewCorners { face, corners, line });
-        }
         Ok(())
     }
 

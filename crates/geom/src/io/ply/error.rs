@@ -133,14 +133,6 @@ pub enum PlyError {
         /// How many there are.
         vertices: usize,
     },
-    /// A face has fewer than three corners.
-    #[error("face {face} has {corners} corners; a face needs three")]
-    FewCorners {
-        /// Number of the face.
-        face: usize,
-        /// How many it has.
-        corners: usize,
-    },
     /// The texture coordinates of a face are not two for each corner.
     #[error("face {face} has {found} texture coordinate values for {corners} corners")]
     BadTexcoords {

@@ -8,7 +8,7 @@ pub(crate) use body::{Element, Lists, Ply};
 pub use error::PlyError;
 
 use super::corners::{Attributes, CornerVertices};
-use super::polygon::push_polygon;
+use super::polygon::{push_polygon, warn_of_few_corners};
 use super::warnings::Warnings;
 use super::{Read, ReadProblem, finish, index_from_f64};
 use crate::{MeshError, Vec3};
@@ -125,7 +125,8 @@ fn read_faces(
     let mut vertices = Vec::new();
     for (face, list) in corner_lists(faces, "face")?.iter().enumerate() {
         if list.len() < 3 {
-            return Err(PlyError::FewCorners { face, corners: list.len() }.into());
+            warn_of_few_corners(face, list.len(), warnings);
+            continue;
         }
         let uvs = texcoords.map_or(&[][..], |t| t.row(face));
         check_texcoords(face, uvs, list.len())?;
@@ -218,6 +219,14 @@ mod tests {
     }
 
     #[test]
+    fn faces_of_two_corners_are_left_out() {
+        let ply = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n3 0 1 2\n";
+        let read = read(ply).unwrap();
+        assert_eq!(read.mesh.triangles(), [[0, 1, 2]]);
+        assert_eq!(read.warnings, ["face 0 has 2 corners and is left out"]);
+    }
+
+    #[test]
     fn strips_alternate_and_restart() {
         let ply = "element vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
             0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 2 2\n8 0 1 2 3 -1 2 1 4\n";
@@ -230,7 +239,6 @@ mod tests {
         let message = |body: &str| read(&format!("{header}{body}")).unwrap_err().to_string();
         assert_eq!(message("0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "face 0 uses vertex 3 of 3");
         assert_eq!(message("0 0 0\n1 0 0\n0 1 0\n3 0 -1 2\n"), "face 0 uses vertex -1 of 3");
-        assert_eq!(message("0 0 0\n1 0 0\n0 1 0\n2 0 1\n"), "face 0 has 2 corners; a face needs three");
         assert_eq!(
             message("0 0 0\n1 inf 0\n0 1 0\n3 0 1 2\n"),
             "vertex 1: property \"y\" is not finite: inf"

@@ -1,0 +1,11 @@
+//! PLY.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use osculate_geom::io::read_ply;
+
+fuzz_target!(|data: &[u8]| {
+    if let Ok(read) = read_ply(data) {
+        assert!(!read.mesh.triangles().is_empty());
+    }
+});

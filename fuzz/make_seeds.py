@@ -1,0 +1,94 @@
+"""Writes the seed corpora, one small valid file per feature, to corpus/<target>/. Python 3, standard library only."""
+
+import json
+import pathlib
+import struct
+
+HERE = pathlib.Path(__file__).parent
+QUAD = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]
+
+
+def write(target, name, data):
+    directory = HERE / "corpus" / target
+    directory.mkdir(parents=True, exist_ok=True)
+    (directory / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+
+
+def obj():
+    v = "".join(f"v {x} {y} {z}\n" for x, y, z in QUAD)
+    write("obj", "triangle", v + "f 1 2 3\n")
+    write("obj", "all", "mtllib a.mtl\no part\n" + v + "vt 0 0\nvt 1 1\nvn 0 0 1\nusemtl m\nf 1/1/1 2/2/1 3//1 4\n"
+          "g two\ns off\nf -4 -3 -2\nl 1 2\n# end\\\nmore\n\0newmtl m\nKd 1 .5 0\nNs 9\nPr .1\nPm 1\nmap_Kd -s 1 1 t.png\n")
+    concave = [(0, 0), (2, 0), (4, 0), (4, 4), (2, 1), (0, 4)]
+    write("obj", "concave", "".join(f"v {x} {y} 0\n" for x, y in concave) + "f 1 2 3 4 5 6\n")
+    ring = [(0, 0), (4, 0), (4, 4), (0, 4), (1, 1), (1, 3), (3, 3), (3, 1)]
+    write("obj", "keyhole", "".join(f"v {x} {y} 0\n" for x, y in ring) + "f 1 2 3 4 1 5 6 7 8 5\n")
+    write("obj", "crossing", "".join(f"v {x} {y} 0\n" for x, y in ring) + "f 1 3 2 4 8 6 7\nf 1 2 2 1\n")
+
+
+def ply():
+    head = ("ply\nformat {} 1.0\ncomment TextureFile a.png\nelement vertex 4\nproperty float x\nproperty float y\n"
+            "property double z\nproperty uchar red\nproperty float s\nproperty float t\nelement face 2\n"
+            "property list uchar int vertex_indices\nproperty list uchar float texcoord\nelement other 1\n"
+            "property list int short q\nend_header\n")
+    rows = "".join(f"{x} {y} {z} 255 0 1\n" for x, y, z in QUAD)
+    write("ply", "ascii", head.format("ascii") + rows + "3 0 1 2 6 0 0 1 0 1 1\n4 0 1 2 3 0\n2 7 8\n")
+    for name, e in (("little", "<"), ("big", ">")):
+        body = b"".join(struct.pack(e + "ffdBff", x, y, z, 1, 0, 1) for x, y, z in QUAD)
+        body += struct.pack(e + "B3iB6f", 3, 0, 1, 2, 6, 0, 0, 1, 0, 1, 1) + struct.pack(e + "B4iB", 4, 0, 1, 2, 3, 0)
+        write("ply", name, head.format(f"binary_{name}_endian").encode() + body + struct.pack(e + "ihh", 2, 7, 8))
+    strips = ("ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\nproperty float y\r\nproperty float z\r\n"
+              "element tristrips 1\r\nproperty list int int vertex_indices\r\nend_header\r\n")
+    write("ply", "strips", strips + "0 0 0\n1 0 0\n0 1 0\n1 1 1\n8 0 1 2 3 -1 2 1 3\n")
+
+
+def stl():
+    facet = (0,) * 3 + QUAD[0] + QUAD[1] + QUAD[2]
+    write("stl", "binary", b"solid".ljust(80) + struct.pack("<I", 2) + 2 * struct.pack("<12fH", *facet, 0))
+    text = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e0 0\nendloop\nendfacet\n"
+    write("stl", "ascii", f"solid a\n{text}{text}endsolid a\nsolid b\n{text}endsolid\n")
+
+
+def gltf():
+    binary = b"".join(struct.pack("<3f", *p) for p in QUAD) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
+    binary += bytes([0, 0, 255, 0, 255, 255, 0, 255]) + struct.pack("<12b", *([0, 0, 127] * 4))
+    doc = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["KHR_mesh_quantization"],
+        "scene": 0,
+        "scenes": [{"nodes": [0, 2]}],
+        "nodes": [{"children": [1], "rotation": [0, 0, 0.6, 0.8], "scale": [1, -2, 1]}, {"mesh": 0, "name": "n"},
+                  {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 5, 5, 1]}],
+        "meshes": [{"name": "m", "primitives": [
+            {"attributes": {"POSITION": 0, "NORMAL": 3, "TEXCOORD_0": 2}, "indices": 1, "material": 0},
+            {"attributes": {"POSITION": 4}, "mode": 5}, {"attributes": {"POSITION": 0}, "mode": 6}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}],
+        "images": [{"bufferView": 2}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+            {"bufferView": 2, "componentType": 5121, "count": 4, "type": "VEC2", "normalized": True},
+            {"bufferView": 3, "componentType": 5120, "count": 4, "type": "VEC3", "normalized": True},
+            {"componentType": 5126, "count": 4, "type": "VEC3", "sparse": {
+                "count": 2, "indices": {"bufferView": 1, "byteOffset": 2, "componentType": 5123},
+                "values": {"bufferView": 0, "byteOffset": 12}}}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+                        {"buffer": 0, "byteOffset": 60, "byteLength": 8},
+                        {"buffer": 0, "byteOffset": 68, "byteLength": 12, "byteStride": 3}],
+        "buffers": [{"byteLength": len(binary)}],
+    }
+    text = json.dumps(doc, separators=(",", ":")).encode()
+    write("glb", "split", text + b"\0" + binary)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    write("glb", "whole", b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks)
+    doc["buffers"] = [{"byteLength": len(binary), "uri": "a%20b.bin"}]
+    doc["images"] = [{"uri": "c.png"}]
+    write("gltf", "external", json.dumps(doc, separators=(",", ":")).encode() + b"\0" + binary)
+    doc["buffers"] = [{"byteLength": 3, "uri": "data:;base64,AAAA"}]
+    doc["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 4
+    write("gltf", "data_uri", json.dumps(doc, indent=1))
+
+
+for make in (obj, ply, stl, gltf):
+    make()

@@ -1,0 +1,7 @@
+//! One file per command.
+
+pub mod bake;
+pub mod demo;
+pub mod inspect;
+pub mod render;
+pub mod verify;
