@@ -1,16 +1,5 @@
 //! Statistics that tests share.
 
-/// Upper bound of a standard normal variable that `count` independent ones all stay below with probability 0.999.
-pub(crate) fn normal_bound(count: usize) -> f64 {
-    // Two-sided, Bonferroni; the tail is below exp(-z^2 / 2) / z, solved by iteration.
-    let tail = 0.001 / (2.0 * count as f64);
-    let mut z = 3.0_f64;
-    for _ in 0..50 {
-        z = (-2.0 * (tail * z * std::f64::consts::TAU.sqrt()).ln()).max(1.0).sqrt();
-    }
-    z
-}
-
 /// Pearson's test at a false alarm rate of 1e-4, cells with fewer than 5 expected samples pooled.
 pub(crate) fn assert_chi_square(observed: &[f64], expected: &[f64], case: &str) {
     let (mut statistic, mut cells, mut pool) = (0.0, 0_u32, (0.0, 0.0));

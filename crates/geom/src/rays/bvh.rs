@@ -254,6 +254,39 @@ mod tests {
             }
         }
 
+        /// The same from points on the walls, and right into corners, of a room of two triangles a side.
+        #[test]
+        fn rooms_do_not_leak(exponent in -6_i32..=6, shift in prop::array::uniform3(-2.0_f32..2.0), seed in any::<u64>()) {
+            let scale = 10.0_f32.powi(exponent);
+            let corner = |i: usize| {
+                let side = |axis: usize| if i >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                scale * (Vec3::from(shift) + Vec3::new(side(0), side(1), side(2)))
+            };
+            let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+            let room = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
+            let bvh = Bvh::new(room.map(|t| t.map(corner)).collect());
+            let mut random = Random(seed);
+            let mut origin = scale * Vec3::from(shift);
+            for _ in 0..300 {
+                let aim = corner((0..8).find(|&i| random.unit() < 1.0 / (8 - i) as f32).unwrap_or(7)) - origin;
+                let direction = if random.unit() < 0.3 && aim.length() > 0.0 { aim } else { random.vector() };
+                let inside = bvh.closest_hit(&Ray::new(origin, direction));
+                // A direction into the wall that the origin is on leaves the room.
+                let Some(hit) = inside else { break };
+                let point = bvh.surface_point(&hit);
+                origin = point.origin_towards(-direction);
+                // Within its rounding error of another wall a point can lie behind that one.
+                let in_plane = (origin - scale * Vec3::from(shift)) * (Vec3::ONE - point.normal.abs());
+                if in_plane.abs().max_element() > scale * (1.0 - 4e-6) {
+                    origin = scale * Vec3::from(shift);
+                    continue;
+                }
+                let back = Ray::new(origin, -point.normal.dot(direction) * point.normal);
+                let opposite = bvh.closest_hit(&back);
+                prop_assert!(opposite.is_some_and(|h| h.t * back.direction.length() > scale), "{back:?}: {opposite:?}");
+            }
+        }
+
         /// A ray that leaves a convex body from its surface meets nothing; one that goes in comes out again.
         #[test]
         fn leaving_a_surface_does_not_hit_it_again(

@@ -8,7 +8,7 @@
 use super::build::WideTree;
 use super::ray::PreparedRay;
 use super::traverse::{Found, traverse_with};
-use super::triangle::edges_in_double;
+use super::triangle::{edges_in_double, settled};
 
 /// Children of a node.
 pub(super) const NODE_WIDTH: usize = 8;
@@ -178,11 +178,19 @@ impl Kernel for Avx2 {
             let term =
                 |weight: __m128, corner: &[__m128; 3]| _mm_mul_ps(weight, _mm_mul_ps(scale, corner[2]));
             let t = _mm_div_ps(_mm_add_ps(_mm_add_ps(term(u, &a), term(v, &b)), term(w, &c)), determinant);
-            let in_range = _mm_and_ps(_mm_cmpgt_ps(t, zero), _mm_cmple_ps(t, _mm_set1_ps(ray.t_max)));
+            let in_range = _mm_cmple_ps(t, _mm_set1_ps(ray.t_max));
             let valid = _mm_and_ps(in_range, _mm_cmpneq_ps(determinant, zero));
-            let mask = _mm_movemask_ps(_mm_andnot_ps(outside, valid));
-            let mut hits = PacketHits { t: [0.0; PACKET_WIDTH], mask: mask.cast_unsigned() };
+            let mut mask = _mm_movemask_ps(_mm_andnot_ps(outside, valid)).cast_unsigned();
+            let mut hits = PacketHits { t: [0.0; PACKET_WIDTH], mask: 0 };
             _mm_store_ps(hits.t.as_mut_ptr(), t);
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize & (PACKET_WIDTH - 1);
+                mask &= mask - 1;
+                if let Some(t) = settled(ray, &packet.triangle(lane), hits.t[lane]) {
+                    hits.t[lane] = t;
+                    hits.mask |= 1 << lane;
+                }
+            }
             hits
         }
     }

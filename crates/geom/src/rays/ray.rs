@@ -48,6 +48,7 @@ pub struct Hit {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PreparedRay {
     pub origin: [f32; 3],
+    pub direction: [f32; 3],
     pub inverse_direction: [f32; 3],
     /// For each axis, which of a node's six rows (lower x, upper x, lower y, ...) the ray meets first.
     pub near_row: [usize; 3],
@@ -77,6 +78,7 @@ impl PreparedRay {
         let row = |axis: usize| 2 * axis + usize::from(direction[axis].is_sign_negative());
         Self {
             origin: ray.origin.to_array(),
+            direction,
             inverse_direction,
             near_row: [row(0), row(1), row(2)],
             axes: [x, y, z],
