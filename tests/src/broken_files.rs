@@ -262,7 +262,7 @@ fn gltf() -> Vec<BrokenFile> {
         broken_gltf(
             "scale.gltf",
             &[("\"mesh\":0", "\"mesh\":0,\"scale\":[1e39,1,1]")],
-            "the transform of node 0 \"root\"",
+            "number out of range at line",
         ),
         BrokenFile {
             companions: vec![],

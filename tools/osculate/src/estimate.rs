@@ -9,7 +9,7 @@ use osculate_geom::mesh::Weld;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Estimator")]
 pub struct EstimateArgs {
-    /// Estimator: `quadric`, the accurate one, or `libigl`, which repeats igl::principal_curvature number by number
+    /// Estimator: `quadric`, the accurate one, or `libigl`, which repeats `igl::principal_curvature` number by number
     /// [default: quadric; for `verify --reference` libigl]
     #[arg(long, value_enum, hide_possible_values = true)]
     method: Option<MethodArg>,
@@ -54,7 +54,7 @@ impl EstimateArgs {
         let mean_edges = self.mean_edges.map(Neighbourhood::MeanEdges);
         let neighbourhood = rings.or(radius).or(mean_edges).or(defaults.curvature.neighbourhood);
         BakeOptions {
-            curvature: CurvatureOptions { method, neighbourhood, ..defaults.curvature },
+            curvature: CurvatureOptions { method, neighbourhood },
             weld: self.weld.map_or(defaults.weld, |weld| match weld {
                 WeldArg::Exact => Weld::Exact,
                 WeldArg::Off => Weld::Off,

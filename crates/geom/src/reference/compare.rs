@@ -144,8 +144,7 @@ pub struct WorstVertex {
 #[must_use]
 pub fn compare(found: &[VertexCurvature], expected: &[Expected], options: &CompareOptions) -> Comparison {
     assert_eq!(found.len(), expected.len(), "one expectation per vertex");
-    let mut tally = Tally::default();
-    tally.differences = vec![None; found.len()];
+    let mut tally = Tally { differences: vec![None; found.len()], ..Tally::default() };
     for (vertex, (found, expected)) in found.iter().zip(expected).enumerate() {
         tally.add(vertex, found, expected, options);
     }

@@ -40,7 +40,7 @@ pub struct VerifyArgs {
     /// Baked mesh, or any mesh
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Reference that tools/reference/libigl_curvature.py recorded
+    /// Reference that `tools/reference/libigl_curvature.py` recorded
     #[arg(long, value_name = "REF.npz")]
     reference: Option<PathBuf>,
     /// Which of the reference's settings: r5 is 5 rings, s5 the sphere of 5 mean edges [default: the one that FILE was
@@ -213,7 +213,7 @@ fn choose_setting(args: &VerifyArgs, file: &ReferenceFile, input: &Input) -> Res
 fn defaults(setting: Option<&str>, file: Option<&ReferenceFile>) -> BakeOptions {
     let (Some(setting), Some(file)) = (setting, file) else { return BakeOptions::default() };
     let neighbourhood = ReferenceFile::neighbourhood(setting);
-    let curvature = CurvatureOptions { method: Method::Libigl, neighbourhood, ..CurvatureOptions::default() };
+    let curvature = CurvatureOptions { method: Method::Libigl, neighbourhood };
     // libigl saw copies of a position as different vertices, unless the reference says that it was welded.
     let welded = file.meta.get("welded").and_then(serde_json::Value::as_bool).unwrap_or(false);
     let weld = if welded || !has_equal_positions(file) { Weld::Exact } else { Weld::Off };

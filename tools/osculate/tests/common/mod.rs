@@ -1,4 +1,5 @@
 //! Runs the real binary in a fresh directory.
+#![allow(clippy::unwrap_used, reason = "a test that cannot set up its files must stop")]
 #![allow(dead_code, reason = "every test binary uses its own part of this")]
 
 use std::fmt::Write as _;

@@ -21,7 +21,7 @@ pub enum Precision {
     F64,
 }
 
-/// Longest piece of provenance on one comment line. RPly stops at lines of 1024 bytes and words of 256.
+/// Longest piece of provenance on one comment line. `RPly` stops at lines of 1024 bytes and words of 256.
 const COMMENT_PIECE: usize = 200;
 
 /// Writes a bake as binary little-endian PLY: positions, normals, UV sets, then the curvature.

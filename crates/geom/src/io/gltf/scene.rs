@@ -168,8 +168,9 @@ mod tests {
         assert!(message(twice).starts_with("node 2 is a child of both node 0 and node 1"));
         assert_eq!(message(r#""nodes":[{"children":[9]}]"#), "the children of node 0 names node 9 of 1");
         assert_eq!(message(r#""nodes":[{}],"scene":3"#), "scene names scene 3 of 0");
-        assert!(
-            message(r#""nodes":[{"scale":[1e39,1,1]}]"#).starts_with("the transform of node 0 is not finite")
-        );
+        // Each scale is a valid float; nine of them multiply to more than an f64 holds.
+        let nodes = (0..9).map(|n| format!(r#"{{"scale":[1e38,1,1],"children":[{}]}}"#, n + 1));
+        let deep = format!(r#""nodes":[{},{{"mesh":0}}]"#, nodes.collect::<Vec<_>>().join(","));
+        assert!(message(&deep).starts_with("the transform of node 8 is not finite"), "{}", message(&deep));
     }
 }
