@@ -11,7 +11,7 @@ use crate::bsdf::Bsdf;
 use crate::camera::CameraRay;
 use crate::counters::Counters;
 use crate::effects::Effects;
-use crate::lights::{EnvironmentSampler, LightSample};
+use crate::lights::LightSample;
 use crate::math::power_heuristic;
 use crate::prepared::Prepared;
 use crate::sampler::Sampler;
@@ -276,7 +276,7 @@ fn light_importance(scene: &Prepared, effects: Effects, from: Vec3, normal: Vec3
         sum += scene.suns.iter().map(|s| s.importance * s.wi.dot(normal).max(0.0)).sum::<f32>();
     }
     if effects.environment {
-        sum += scene.environment.as_ref().map_or(0.0, EnvironmentSampler::importance);
+        sum += scene.environment.as_ref().map_or(0.0, |e| e.importance(normal));
     }
     sum
 }
@@ -317,7 +317,7 @@ fn draw_light(
         && let Some(environment) = &scene.environment
     {
         counters.environment_samples += 1;
-        return Some((environment.sample(normal, u)?, environment.importance()));
+        return Some((environment.sample(normal, u)?, environment.importance(normal)));
     }
     // Rounding can leave a crumb beyond the last light.
     None
@@ -327,7 +327,7 @@ fn draw_light(
 fn environment_light(scene: &Prepared, limits: PathLimits, direction: Vec3, last: Option<Last>) -> Vec3 {
     let Some(environment) = &scene.environment else { return Vec3::ZERO };
     let share = bsdf_share(limits, last, |last| {
-        environment.pdf(last.normal, direction) * environment.importance() / last.importance
+        environment.pdf(last.normal, direction) * environment.importance(last.normal) / last.importance
     });
     share * environment.radiance(direction)
 }

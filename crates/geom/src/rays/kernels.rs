@@ -8,7 +8,7 @@
 use super::build::WideTree;
 use super::ray::PreparedRay;
 use super::traverse::{Found, traverse_with};
-use super::triangle::{edges_in_double, settled};
+use super::triangle::{UNCERTAIN, edges_in_double, exact_distance};
 
 /// Children of a node.
 pub(super) const NODE_WIDTH: usize = 8;
@@ -180,18 +180,32 @@ impl Kernel for Avx2 {
             let t = _mm_div_ps(_mm_add_ps(_mm_add_ps(term(u, &a), term(v, &b)), term(w, &c)), determinant);
             let in_range = _mm_cmple_ps(t, _mm_set1_ps(ray.t_max));
             let valid = _mm_and_ps(in_range, _mm_cmpneq_ps(determinant, zero));
-            let mut mask = _mm_movemask_ps(_mm_andnot_ps(outside, valid)).cast_unsigned();
-            let mut hits = PacketHits { t: [0.0; PACKET_WIDTH], mask: 0 };
+            let valid = _mm_andnot_ps(outside, valid);
+            let magnitude = |v: __m128| _mm_andnot_ps(_mm_set1_ps(-0.0), v);
+            let distance = _mm_max_ps(_mm_max_ps(magnitude(a[2]), magnitude(b[2])), magnitude(c[2]));
+            let uncertain = _mm_mul_ps(_mm_mul_ps(distance, magnitude(scale)), _mm_set1_ps(UNCERTAIN));
+            let near = _mm_and_ps(valid, _mm_cmple_ps(magnitude(t), uncertain));
+            let certain = _mm_andnot_ps(near, _mm_and_ps(valid, _mm_cmpgt_ps(t, zero)));
+            let mask = _mm_movemask_ps(certain).cast_unsigned();
+            let mut hits = PacketHits { t: [0.0; PACKET_WIDTH], mask };
             _mm_store_ps(hits.t.as_mut_ptr(), t);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & (PACKET_WIDTH - 1);
-                mask &= mask - 1;
-                if let Some(t) = settled(ray, &packet.triangle(lane), hits.t[lane]) {
-                    hits.t[lane] = t;
-                    hits.mask |= 1 << lane;
-                }
+            let near = _mm_movemask_ps(near).cast_unsigned();
+            if near != 0 {
+                settle_lanes(near, packet, ray, &mut hits);
             }
             hits
+        }
+    }
+}
+
+/// Decides the lanes whose distance is too small for its rounding.
+#[cfg(target_arch = "x86_64")]
+#[cold]
+fn settle_lanes(lanes: u32, packet: &Packet, ray: &PreparedRay, hits: &mut PacketHits) {
+    for lane in (0..PACKET_WIDTH).filter(|lane| lanes >> lane & 1 == 1) {
+        if let Some(t) = exact_distance(ray, &packet.triangle(lane)) {
+            hits.t[lane] = t;
+            hits.mask |= 1 << lane;
         }
     }
 }

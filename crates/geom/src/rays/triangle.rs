@@ -37,20 +37,26 @@ pub(super) fn intersect(ray: &PreparedRay, corners: &[[f32; 3]; 3]) -> Option<Tr
     Some(TriangleHit { t, weights: [u, v, w] })
 }
 
-/// The distance of a hit whose single-precision distance is `t`, or `None` if it lies at or behind the origin.
+/// Up to which share of the corners' distances `t` is computed again in double precision.
 ///
-/// `t` blends the corners' distances, so its error follows the size of the triangle, and one that starts a few millionths
-/// beside a large triangle could hit it or lose its neighbour in a corner. Where `t` is that small beside the corners'
-/// distances it is computed again in double precision. 1/64 is far more than any rounding of triangles that are not seen
-/// edge-on, and so little that few hits pay for it.
-#[allow(clippy::cast_possible_truncation, reason = "distances are f32")]
-#[inline]
-pub(super) fn settled(ray: &PreparedRay, corners: &[[f32; 3]; 3], t: f32) -> Option<f32> {
+/// `t` blends the corners' distances, so its error follows the size of the triangle: a ray that starts a few millionths beside
+/// a large triangle could hit it, or lose its neighbour in a corner. This share is far more than any rounding of triangles that
+/// are not seen edge-on, and so little that few hits pay for it.
+pub(super) const UNCERTAIN: f32 = 1.0 / 64.0;
+
+/// The distance of a hit whose single-precision distance is `t`, or `None` if it lies at or behind the origin.
+fn settled(ray: &PreparedRay, corners: &[[f32; 3]; 3], t: f32) -> Option<f32> {
     let z = ray.axes[2];
     let distance = corners.iter().map(|p| (p[z] - ray.origin[z]).abs()).fold(0.0, f32::max);
-    if t.abs() > distance * ray.shear[2].abs() * (1.0 / 64.0) {
-        return (t > 0.0).then_some(t);
+    if t.abs() <= distance * ray.shear[2].abs() * UNCERTAIN {
+        return exact_distance(ray, corners);
     }
+    (t > 0.0).then_some(t)
+}
+
+/// The distance to the plane of a triangle, if it is in the ray's range.
+#[allow(clippy::cast_possible_truncation, reason = "distances are f32")]
+pub(super) fn exact_distance(ray: &PreparedRay, corners: &[[f32; 3]; 3]) -> Option<f32> {
     let [a, b, c] = corners.map(|p| glam::Vec3::from(p).as_dvec3());
     let normal = (b - a).cross(c - a);
     let origin = glam::Vec3::from(ray.origin).as_dvec3();

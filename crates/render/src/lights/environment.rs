@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::LightSample;
 use crate::distribution::Distribution2d;
-use crate::math::luminance;
+use crate::math::{Frame, cosine_hemisphere, luminance};
 
 /// Light from infinitely far.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -91,14 +91,20 @@ impl EnvironmentImage {
 #[derive(Debug)]
 pub(crate) struct EnvironmentSampler {
     kind: Kind,
-    /// Mean luminance over the sphere.
-    mean: f32,
+    irradiance: Irradiance,
 }
 
 #[derive(Debug)]
 enum Kind {
     Constant(Vec3),
-    Image { image: Arc<EnvironmentImage>, intensity: f32, sin_cos: [f32; 2], distribution: Distribution2d },
+    Image {
+        image: Arc<EnvironmentImage>,
+        intensity: f32,
+        sin_cos: [f32; 2],
+        distribution: Distribution2d,
+        /// Share of samples that are drawn around the normal instead of from the picture.
+        cosine_share: f32,
+    },
 }
 
 impl EnvironmentSampler {
@@ -106,8 +112,10 @@ impl EnvironmentSampler {
     pub(crate) fn new(environment: &Environment) -> Option<Self> {
         match environment {
             Environment::Black => None,
-            Environment::Constant(radiance) => (*radiance != Vec3::ZERO)
-                .then(|| Self { kind: Kind::Constant(*radiance), mean: luminance(*radiance) }),
+            Environment::Constant(radiance) => (*radiance != Vec3::ZERO).then(|| Self {
+                kind: Kind::Constant(*radiance),
+                irradiance: Irradiance::constant(luminance(*radiance)),
+            }),
             Environment::Image { image, intensity, rotation } => {
                 Self::from_image(image, *intensity, *rotation)
             }
@@ -120,12 +128,14 @@ impl EnvironmentSampler {
         if total <= 0.0 || intensity <= 0.0 {
             return None;
         }
-        // A row's weight is its luminance times sin(theta), whose mean over the square is 2 / pi.
-        #[allow(clippy::cast_possible_truncation, reason = "a mean in f32")]
-        let mean = (total / weights.len() as f64 * std::f64::consts::FRAC_PI_2) as f32 * intensity;
         let distribution = Distribution2d::new(image.width, &weights);
         let sin_cos = [rotation.sin(), rotation.cos()];
-        Some(Self { kind: Kind::Image { image: Arc::clone(image), intensity, sin_cos, distribution }, mean })
+        let irradiance = Irradiance::of(image, intensity, sin_cos);
+        let cosine_share = cosine_share(image);
+        Some(Self {
+            kind: Kind::Image { image: Arc::clone(image), intensity, sin_cos, distribution, cosine_share },
+            irradiance,
+        })
     }
 
     /// Radiance that arrives from the unit direction `w`.
@@ -138,39 +148,107 @@ impl EnvironmentSampler {
         }
     }
 
-    /// Draws a direction; for a constant environment a cosine-weighted one around `normal`.
+    /// Draws a direction for a surface with this normal.
     pub(crate) fn sample(&self, normal: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let (wi, pdf) = match &self.kind {
-            Kind::Constant(_) => {
-                let local = crate::math::cosine_hemisphere(u);
-                (
-                    crate::math::Frame::new(normal).world_from_local(local),
-                    local.z * std::f32::consts::FRAC_1_PI,
-                )
+        let around_normal = |u: [f32; 2]| Frame::new(normal).world_from_local(cosine_hemisphere(u));
+        let wi = match &self.kind {
+            Kind::Constant(_) => around_normal(u),
+            // The number that chose between the two is stretched and used again.
+            Kind::Image { cosine_share, .. } if u[0] < *cosine_share => {
+                around_normal([u[0] / cosine_share, u[1]])
             }
-            Kind::Image { sin_cos, distribution, .. } => {
-                let (uv, density) = distribution.sample(u);
-                let w = direction_from_uv(uv);
-                (turned(w, *sin_cos), density * sphere_density(w))
+            Kind::Image { sin_cos, distribution, cosine_share, .. } => {
+                let (uv, _) = distribution.sample([(u[0] - cosine_share) / (1.0 - cosine_share), u[1]]);
+                turned(direction_from_uv(uv), *sin_cos)
             }
         };
+        let pdf = self.pdf(normal, wi);
         (pdf > 0.0).then(|| LightSample { wi, distance: f32::INFINITY, radiance: self.radiance(wi), pdf })
     }
 
     /// Density with which [`Self::sample`] draws `wi`.
     pub(crate) fn pdf(&self, normal: Vec3, wi: Vec3) -> f32 {
+        let cosine = wi.dot(normal).max(0.0) * std::f32::consts::FRAC_1_PI;
         match &self.kind {
-            Kind::Constant(_) => wi.dot(normal).max(0.0) * std::f32::consts::FRAC_1_PI,
-            Kind::Image { sin_cos, distribution, .. } => {
+            Kind::Constant(_) => cosine,
+            Kind::Image { sin_cos, distribution, cosine_share, .. } => {
                 let uv = uv_from_direction(turned(wi, [-sin_cos[0], sin_cos[1]]));
-                distribution.pdf(uv) * sphere_density(wi)
+                cosine_share * cosine + (1.0 - cosine_share) * distribution.pdf(uv) * sphere_density(wi)
             }
         }
     }
 
-    /// Rough irradiance, for choosing among lights.
-    pub(crate) fn importance(&self) -> f32 {
-        std::f32::consts::PI * self.mean
+    /// Irradiance on an unshadowed surface with this normal, roughly, for choosing among lights.
+    pub(crate) fn importance(&self, normal: Vec3) -> f32 {
+        self.irradiance.at(normal)
+    }
+}
+
+/// How often to draw around the normal instead of from the picture.
+///
+/// With `V = mean(L^2) / mean(L)^2` over the sphere, the second moment of the estimate is about `V` for cosine-weighted
+/// directions, and 8/3 for directions drawn from an even picture, half of which lie below the horizon.
+fn cosine_share(image: &EnvironmentImage) -> f32 {
+    let (mut mean, mut square, mut area) = (0.0, 0.0, 0.0);
+    for (k, pixel) in image.pixels.iter().enumerate() {
+        let sine = (std::f32::consts::PI * ((k / image.width) as f32 + 0.5) / image.height as f32).sin();
+        let l = luminance(*pixel);
+        (mean, square, area) = (mean + sine * l, square + sine * l * l, area + sine);
+    }
+    let ratio = 8.0 / 3.0 * (mean * mean) / (square * area);
+    ratio * ratio / (1.0 + ratio * ratio)
+}
+
+/// Irradiance as a function of the normal, in spherical harmonics up to the second order.
+///
+/// Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance Environment Maps", SIGGRAPH 2001: the error is
+/// below 3 % of the total for any environment; it only affects how often lights are chosen.
+#[derive(Debug)]
+struct Irradiance {
+    /// Coefficients of 1, y, z, x, xy, yz, 3 z^2 - 1, xz, x^2 - y^2.
+    coefficients: [f32; 9],
+    /// Lower bound, so that the environment is never left out where a little of it arrives.
+    least: f32,
+}
+
+impl Irradiance {
+    fn constant(luminance: f32) -> Self {
+        let mut coefficients = [0.0; 9];
+        coefficients[0] = std::f32::consts::PI * luminance;
+        Self { coefficients, least: 0.0 }
+    }
+
+    fn of(image: &EnvironmentImage, intensity: f32, sin_cos: [f32; 2]) -> Self {
+        use std::f32::consts::PI;
+        let mut sums = [0.0_f32; 9];
+        let cell = 2.0 * PI * PI / (image.width * image.height) as f32;
+        for y in 0..image.height {
+            let v = (y as f32 + 0.5) / image.height as f32;
+            for x in 0..image.width {
+                let w = turned(direction_from_uv([(x as f32 + 0.5) / image.width as f32, v]), sin_cos);
+                let light = intensity * luminance(image.pixels[y * image.width + x]) * cell * (PI * v).sin();
+                for (sum, basis) in sums.iter_mut().zip(Self::basis(w)) {
+                    *sum += light * basis;
+                }
+            }
+        }
+        // Squared normalisation of the basis functions times the cosine lobe's factors pi, 2 pi / 3, pi / 4.
+        let scale = [0.25, 0.5, 0.5, 0.5, 0.9375, 0.9375, 0.078_125, 0.9375, 0.234_375];
+        let mut coefficients = sums;
+        for (c, s) in coefficients.iter_mut().zip(scale) {
+            *c *= s;
+        }
+        Self { coefficients, least: 0.1 * coefficients[0] }
+    }
+
+    fn basis(n: Vec3) -> [f32; 9] {
+        let Vec3 { x, y, z } = n;
+        [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y]
+    }
+
+    fn at(&self, normal: Vec3) -> f32 {
+        let sum: f32 = Self::basis(normal).iter().zip(self.coefficients).map(|(b, c)| b * c).sum();
+        sum.max(self.least)
     }
 }
 
@@ -269,10 +347,16 @@ mod tests {
     }
 
     #[test]
-    fn mean_is_the_sphere_average() {
-        let constant = EnvironmentImage::from_fn(64, 32, |_| Vec3::ONE);
-        let environment = Environment::Image { image: Arc::new(constant), intensity: 3.0, rotation: 0.0 };
-        let mean = EnvironmentSampler::new(&environment).unwrap().mean;
-        assert!((mean - 3.0).abs() < 0.01, "{mean}");
+    fn irradiance_has_closed_forms() {
+        // Radiance 1 + c.w lights a surface with pi + 2 pi / 3 c.n, which two orders represent exactly.
+        let along = Vec3::new(0.3, -0.5, 0.4);
+        let image = EnvironmentImage::from_fn(128, 64, |w| Vec3::splat(1.0 + along.dot(w)));
+        let environment = Environment::Image { image: Arc::new(image), intensity: 3.0, rotation: 0.0 };
+        let sampler = EnvironmentSampler::new(&environment).unwrap();
+        for n in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::new(0.6, 0.64, 0.48)] {
+            let expected = 3.0 * (std::f32::consts::PI + std::f32::consts::TAU / 3.0 * along.dot(n));
+            let found = sampler.importance(n);
+            assert!((found / expected - 1.0).abs() < 2e-3, "{n}: {found} instead of {expected}");
+        }
     }
 }

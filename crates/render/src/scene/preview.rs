@@ -55,8 +55,8 @@ impl Scene {
             Light::Rectangle(RectangleLight::facing(position, center, size * radius, size * radius, radiance))
         };
         let lights = vec![
-            rectangle(at(-3.0, 4.2, 2.6), 3.2, Vec3::new(6.6, 6.3, 5.9)),
-            rectangle(at(3.6, 2.6, -2.2), 2.0, Vec3::new(5.2, 5.6, 6.4)),
+            rectangle(at(-3.2, 3.9, 2.0), 2.4, Vec3::new(14.0, 13.3, 12.4)),
+            rectangle(at(3.4, 2.4, -2.4), 1.8, Vec3::new(9.5, 10.4, 12.0)),
         ];
         let image = EnvironmentImage::from_fn(64, 32, |w| studio_gradient(w, back));
         let environment = Environment::Image { image: Arc::new(image), intensity: 1.0, rotation: 0.0 };
@@ -68,7 +68,7 @@ impl Scene {
 fn studio_gradient(w: Vec3, towards_viewer: Vec3) -> Vec3 {
     let up = 0.5 + 0.5 * w.y;
     let front = 0.5 + 0.5 * w.dot(towards_viewer);
-    (0.10 + 0.35 * up * up + 0.15 * front) * Vec3::new(0.97, 0.99, 1.03)
+    (0.03 + 0.16 * up * up + 0.06 * front) * Vec3::new(0.95, 0.99, 1.06)
 }
 
 /// A floor that bends up into a wall behind the subject, wide enough to fill the view.
@@ -95,7 +95,7 @@ fn backdrop(floor: Vec3, back: Vec3, right: Vec3, radius: f32) -> MeshInstance {
         quads.flat_map(|i| [[2 * i, 2 * i + 1, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 2]]).collect();
     let mesh =
         Mesh::new(positions, triangles).and_then(|m| m.with_normals(normals)).expect("a finite backdrop");
-    let material = Material { name: "backdrop".into(), ..Material::lambert(Vec3::new(0.62, 0.63, 0.65)) };
+    let material = Material { name: "backdrop".into(), ..Material::lambert(Vec3::new(0.50, 0.51, 0.53)) };
     MeshInstance {
         surface: SurfaceSource::Material(material),
         role: Role::Backdrop,
