@@ -22,7 +22,10 @@ fn estimate_takes_at_most_200_bytes_a_vertex() {
             let bytes = (ALLOCATOR.peak_usage() - before) as f64 / vertices;
             assert_eq!(estimates.len(), mesh.positions().len());
             // The result alone takes 88.
-            assert!((88.0..200.0).contains(&bytes), "{method:?}, {threads} threads: {bytes:.0} bytes a vertex");
+            assert!(
+                (88.0..200.0).contains(&bytes),
+                "{method:?}, {threads} threads: {bytes:.0} bytes a vertex"
+            );
             println!("{method:?}, {threads} threads: {bytes:.0} bytes a vertex");
         }
     }

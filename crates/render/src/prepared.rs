@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::Vec3;
-use osculate_geom::mesh::{Surface, Weld};
+use osculate_geom::mesh::{Weld, smooth_normals};
 use osculate_geom::rays::{Bvh, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 use thiserror::Error;
@@ -230,15 +230,5 @@ fn vertex_normals(mesh: &Mesh) -> Vec<Vec3d> {
     if let Some(normals) = mesh.normals() {
         return normals.to_vec();
     }
-    let surface = Surface::new(mesh, Weld::Exact);
-    let mut sums = vec![Vec3d::zeros(); surface.positions().len()];
-    for corners in surface.triangles() {
-        let p = corners.map(|v| surface.positions()[v as usize]);
-        let Some(normal) = (p[1] - p[0]).cross(&(p[2] - p[0])).try_normalize(0.0) else { continue };
-        for i in 0..3 {
-            let angle = (p[(i + 1) % 3] - p[i]).angle(&(p[(i + 2) % 3] - p[i]));
-            sums[corners[i] as usize] += angle * normal;
-        }
-    }
-    surface.spread(sums)
+    smooth_normals(mesh, Weld::Exact)
 }

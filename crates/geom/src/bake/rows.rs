@@ -5,7 +5,7 @@ use super::error::WriteError;
 use super::float::{FileFloat, error_row, narrow_all, unit_row};
 use crate::Vec3;
 use crate::curvature::{Principal, Status, VertexCurvature};
-use crate::mesh::{Adjacency, Mesh, Surface, Weld, angle_weighted_normals};
+use crate::mesh::smooth_normals;
 
 /// What a file holds of one vertex's curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +63,7 @@ fn unit_normals<F: FileFloat>(baked: &BakedMesh) -> Vec<[F; 3]> {
     let mesh = baked.mesh();
     let from_file = mesh.normals().map(|normals| normals.iter().map(|&n| unit_row(n)).collect::<Vec<_>>());
     let complete = from_file.as_ref().is_some_and(|rows| rows.iter().all(Option::is_some));
-    let computed = if complete { Vec::new() } else { vertex_normals(mesh, baked.provenance.weld) };
+    let computed = if complete { Vec::new() } else { smooth_normals(mesh, baked.provenance.weld) };
     (0..mesh.positions().len())
         .map(|v| {
             from_file
@@ -74,14 +74,6 @@ fn unit_normals<F: FileFloat>(baked: &BakedMesh) -> Vec<[F; 3]> {
                 .expect("+Z is unit in every float type")
         })
         .collect()
-}
-
-/// Angle-weighted normals of the welded surface, so that a UV seam does not show; zero where there is none.
-fn vertex_normals(mesh: &Mesh, weld: Weld) -> Vec<Vec3> {
-    let surface = Surface::new(mesh, weld);
-    let (positions, triangles) = (surface.positions(), surface.triangles());
-    let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
-    surface.spread(angle_weighted_normals(positions, triangles, &incident))
 }
 
 fn curvature_row<F: FileFloat>(

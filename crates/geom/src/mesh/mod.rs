@@ -10,7 +10,7 @@ mod weld;
 
 pub use adjacency::Adjacency;
 pub(crate) use fans::{Fan, neighbours_and_fans};
-pub use normals::{angle_weighted_normals, area_weighted_normals, triangle_normal};
+pub use normals::{angle_weighted_normals, area_weighted_normals, smooth_normals, triangle_normal};
 pub use topology::{Orientation, Topology};
 pub use triangle_mesh::{Material, Mesh, MeshError, Part, TextureImage};
 pub use uv::{UvJacobian, uv_jacobian, uv_scale};

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::Adjacency;
 use super::triangle_mesh::bbox_diagonal;
+use super::{Adjacency, Mesh, Surface, Weld};
 use crate::Vec3;
 
 /// Unit normal of a triangle by the right-hand rule, or `None` when its area is zero.
@@ -47,6 +47,15 @@ pub fn angle_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], incide
         let [a, b, c] = [p[corner], p[(corner + 1) % 3], p[(corner + 2) % 3]];
         triangle_normal(p).map_or_else(Vec3::zeros, |normal| normal * angle(b - a, c - a))
     })
+}
+
+/// Angle-weighted unit normals of the welded surface, one per mesh vertex, so that a UV seam does not show. Zero as there.
+#[must_use]
+pub fn smooth_normals(mesh: &Mesh, weld: Weld) -> Vec<Vec3> {
+    let surface = Surface::new(mesh, weld);
+    let (positions, triangles) = (surface.positions(), surface.triangles());
+    let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
+    surface.spread(angle_weighted_normals(positions, triangles, &incident))
 }
 
 /// Normalised sums of `weighted(corner, triangle)` over the triangles at each vertex.

@@ -1,7 +1,7 @@
 //! The numbers of a PLY file, as one column per property.
 //!
 //! Written here rather than taken from `ply-rs-bw`, which stores each row as a map from property names to values: columns
-//! take a tenth of the time and memory, allow whole elements to be skipped, and tell the place of an error.
+//! hold each number once, allow whole elements to be skipped, and tell the place of an error.
 
 use super::PlyError;
 use super::header::{ElementHeader, Encoding, Header, PropertyHeader, PropertyType, Scalar, parse_header};
