@@ -15,7 +15,7 @@ use crate::mesh::{
     Adjacency, Fan, Surface, area_weighted_normals, index_u32, neighbours_and_fans, triangle_normal,
 };
 
-/// Vertices handled by one task.
+/// Fewest vertices handled by one task.
 const BLOCK: usize = 1024;
 
 /// Estimates principal curvature at every vertex of a surface; entry `i` belongs to surface vertex `i`.
@@ -35,19 +35,35 @@ pub fn estimate(
 ) -> Result<Vec<VertexCurvature>, OptionsError> {
     options.validate()?;
     let prepared = Prepared::new(surface, options);
-    let mut result = vec![VertexCurvature::undetermined(Status::Isolated); surface.positions().len()];
-    // A worker takes the scratch of its own index, so blocks do not pay for the walker's stamps again.
-    let workers: Vec<Mutex<Option<Scratch<'_>>>> =
-        (0..=rayon::current_num_threads()).map(|_| Mutex::new(None)).collect();
-    result.par_chunks_mut(BLOCK).enumerate().for_each(|(block, rows)| {
-        let worker = rayon::current_thread_index().map_or(0, |index| index + 1).min(workers.len() - 1);
-        let mut scratch = workers[worker].lock().unwrap_or_else(PoisonError::into_inner);
-        let scratch = scratch.get_or_insert_with(|| Scratch::new(&prepared));
-        for (offset, row) in rows.iter_mut().enumerate() {
-            *row = prepared.estimate_vertex(block * BLOCK + offset, scratch);
-        }
-    });
-    Ok(result)
+    let pool = Mutex::new(Vec::new());
+    // Collecting in parallel also touches the result's memory for the first time in parallel.
+    let vertices = (0..surface.positions().len()).into_par_iter().with_min_len(BLOCK);
+    let leased = || Lease::new(&pool, &prepared);
+    Ok(vertices.map_init(leased, |lease, vertex| prepared.estimate_vertex(vertex, lease.scratch())).collect())
+}
+
+/// Scratch on loan from a pool. There are never more than threads, so that the many small jobs that a parallel loop splits
+/// into do not each pay for a walker's stamps.
+struct Lease<'p, 's> {
+    pool: &'p Mutex<Vec<Scratch<'s>>>,
+    scratch: Option<Scratch<'s>>,
+}
+
+impl<'p, 's> Lease<'p, 's> {
+    fn new(pool: &'p Mutex<Vec<Scratch<'s>>>, prepared: &'s Prepared<'s>) -> Self {
+        let returned = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        Self { pool, scratch: Some(returned.unwrap_or_else(|| Scratch::new(prepared))) }
+    }
+
+    fn scratch(&mut self) -> &mut Scratch<'s> {
+        self.scratch.as_mut().expect("given back only on drop")
+    }
+}
+
+impl Drop for Lease<'_, '_> {
+    fn drop(&mut self) {
+        self.pool.lock().unwrap_or_else(PoisonError::into_inner).extend(self.scratch.take());
+    }
 }
 
 /// What every vertex's fit reads.
