@@ -9,7 +9,7 @@ use osculate_geom::field::{CurvatureField, SurfacePoint};
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_render::scene::DirectionalCurvature;
 
-/// A field that lives as long as the process.
+/// A field that owns its surface.
 #[derive(Debug)]
 pub struct OwnedField {
     field: CurvatureField<'static>,
@@ -19,19 +19,14 @@ pub struct OwnedField {
 
 impl OwnedField {
     /// The field of a mesh whose curvature is given per mesh vertex.
-    ///
-    /// A field borrows its surface, and a scene wants to own its fields. A command makes one scene and ends, so the
-    /// surface is left to the process, as it would be anyway.
-    pub fn shared(mesh: Mesh, curvature: &[VertexCurvature], length: f64) -> Arc<dyn DirectionalCurvature> {
-        let mesh: &'static Mesh = Box::leak(Box::new(mesh));
-        let surface: &'static Surface<'static> = Box::leak(Box::new(Surface::new(mesh, Weld::Exact)));
+    pub fn shared(mesh: &Mesh, curvature: &[VertexCurvature], length: f64) -> Arc<dyn DirectionalCurvature> {
+        let surface = Surface::new(mesh, Weld::Exact).into_owned();
         let mut on_surface = vec![None; surface.positions().len()];
         for (vertex, &estimate) in curvature.iter().enumerate() {
             on_surface[surface.surface_from_vertex(vertex)].get_or_insert(estimate);
         }
         let on_surface: Vec<_> =
             on_surface.into_iter().map(|c| c.expect("every surface vertex has a mesh vertex")).collect();
-        let on_surface: &'static [VertexCurvature] = Box::leak(on_surface.into_boxed_slice());
         Arc::new(Self { field: CurvatureField::new(surface, on_surface), length })
     }
 }

@@ -230,7 +230,7 @@ mod tests {
     fn with_field<T>(mesh: &Mesh, run: impl FnOnce(&CurvatureField<'_>, &[VertexCurvature]) -> T) -> T {
         let surface = Surface::new(mesh, Weld::Exact);
         let curvature = estimate(&surface, &CurvatureOptions::default()).unwrap();
-        run(&CurvatureField::new(&surface, &curvature), &curvature)
+        run(&CurvatureField::new(surface, &curvature[..]), &curvature)
     }
 
     /// Every triangle cut by the plane, independently of the walk: the crossings in order of their angle around the middle

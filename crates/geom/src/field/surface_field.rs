@@ -1,5 +1,7 @@
 //! [`CurvatureField`]: the estimates of a surface, asked at any of its points.
 
+use std::borrow::Cow;
+
 use super::direction::kappa_along;
 use super::march::{self, March};
 use crate::curvature::{Principal, VertexCurvature};
@@ -18,8 +20,8 @@ pub struct SurfacePoint {
 /// Curvature estimates with the surface they belong to.
 #[derive(Debug)]
 pub struct CurvatureField<'a> {
-    surface: &'a Surface<'a>,
-    curvature: &'a [VertexCurvature],
+    surface: Surface<'a>,
+    curvature: Cow<'a, [VertexCurvature]>,
     topology: Topology,
 }
 
@@ -30,9 +32,11 @@ impl<'a> CurvatureField<'a> {
     ///
     /// If `curvature` has not one entry per surface vertex.
     #[must_use]
-    pub fn new(surface: &'a Surface<'a>, curvature: &'a [VertexCurvature]) -> Self {
+    pub fn new(surface: Surface<'a>, curvature: impl Into<Cow<'a, [VertexCurvature]>>) -> Self {
+        let curvature = curvature.into();
         assert_eq!(curvature.len(), surface.positions().len(), "one estimate per surface vertex");
-        Self { surface, curvature, topology: Topology::new(surface.triangles()) }
+        let topology = Topology::new(surface.triangles());
+        Self { surface, curvature, topology }
     }
 
     /// World-space position.
@@ -100,7 +104,7 @@ impl<'a> CurvatureField<'a> {
     }
 
     pub(super) fn surface(&self) -> &Surface<'a> {
-        self.surface
+        &self.surface
     }
 
     pub(super) fn topology(&self) -> &Topology {

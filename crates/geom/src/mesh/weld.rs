@@ -69,6 +69,16 @@ impl<'m> Surface<'m> {
         }
     }
 
+    /// The same surface with a copy of what it borrowed.
+    #[must_use]
+    pub fn into_owned(self) -> Surface<'static> {
+        Surface {
+            positions: Cow::Owned(self.positions.into_owned()),
+            triangles: Cow::Owned(self.triangles.into_owned()),
+            surface_from_vertex: self.surface_from_vertex,
+        }
+    }
+
     /// Positions of the surface vertices.
     #[must_use]
     pub fn positions(&self) -> &[Vec3] {

@@ -250,7 +250,7 @@ fn load_mesh(path: &Path, args: &RenderArgs, content: &Content, console: &Consol
             /// Share of the diagonal: about the depth of a coarse microstructure on it.
             const SHARE: f64 = 0.02;
             let length = args.filter_length.unwrap_or(SHARE * mesh.bbox_diagonal());
-            Some(OwnedField::shared(mesh.clone(), curvature, length))
+            Some(OwnedField::shared(&mesh, curvature, length))
         }
         _ => None,
     };
