@@ -18,7 +18,7 @@
 //! | [`field`] | curvature between the vertices, along rays, and its minimum past a point |
 //! | [`bake`] | meshes with curvature as `.glb` and `.ply` |
 //! | [`inspect`] | what a mesh and its curvature are, in numbers |
-//! | [`reference`] | recorded libigl output and closed forms, and the comparison with them |
+//! | [`mod@reference`] | recorded libigl output and closed forms, and the comparison with them |
 //! | [`shapes`] | parametric surfaces for tests, studies and scenes |
 //! | [`rays`] | watertight ray tracing against triangles, in `f32` |
 

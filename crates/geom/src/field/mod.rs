@@ -4,5 +4,5 @@ mod direction;
 mod march;
 mod surface_field;
 
-pub use march::{March, Stop};
+pub use march::{MAX_CROSSINGS, March, Stop};
 pub use surface_field::{CurvatureField, SurfacePoint};
