@@ -18,6 +18,7 @@ The description (lengths in world units, +Y up, colours linear RGB; * = required
     directional   {"direction": [x, y, z], "irradiance": [r, g, b]}: the way light travels; on a plane facing it
     camera*       {"origin": [..], "target": [..], "up": [0, 1, 0], "fov_degrees": x}: vertical field of view
     width*, height*, spp*
+    integrator    "path" (default) or "depth": camera rays and nothing else
     max_depth     Mitsuba's count of edges from the camera: 1 emission, 2 direct light; default 8, -1 unlimited
     variant       scalar_rgb (default), llvm_ad_rgb, ...
     threads       default all; the process is bound to so many processors
@@ -99,7 +100,9 @@ def scene(mi, d, folder):
     return mi.load_dict(
         {
             "type": "scene",
-            "integrator": {"type": "path", "max_depth": d.get("max_depth", 8), "rr_depth": 5},
+            "integrator": {"type": "depth"}
+            if d.get("integrator") == "depth"
+            else {"type": "path", "max_depth": d.get("max_depth", 8), "rr_depth": 5},
             "sensor": {
                 "type": "perspective",
                 "to_world": look,
