@@ -22,7 +22,8 @@ const ENLARGEMENTS: u32 = 6;
 /// rings, or the first three of five.
 const INNER: f64 = 0.5;
 
-/// Standard errors that bound the noise in the worse of two curvatures for about 95 % of the vertices.
+/// Standard errors taken as the bound for noise in the worse of two curvatures. Together with the bias estimate this is on
+/// the safe side: on jittered tori, clean and with noise, the stated error held at 99 % of the vertices and more.
 const CONFIDENCE: f64 = 2.2;
 
 pub(crate) fn estimate_vertex(
@@ -77,6 +78,9 @@ fn gather(vertex: u32, neighbourhood: Neighbourhood, step: u32, scratch: &mut Sc
 /// into the curvature across it (measured: 4-17 % more error on an ellipsoid). In a radius neighbourhood `r` is the
 /// distance over the farthest one. The weight also falls with the angle between normals and is zero for a neighbour that faces
 /// away, so that the other side of a thin sheet does not take part.
+///
+/// The price is noise: a fit that leans on near neighbours averages over fewer, so on noisy data it is worse than an
+/// unweighted one on as many rings (by a third to a half where noise dominates). More rings make up for it.
 fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) -> usize {
     let Scratch { walker, points } = scratch;
     let origin = prepared.positions[vertex as usize];
