@@ -12,7 +12,8 @@ use proptest::prelude::*;
 type Exact = fn(&Vec3) -> [f64; 2];
 
 fn run(mesh: &Mesh, method: Method, rings: u32) -> Vec<VertexCurvature> {
-    let options = CurvatureOptions { method, neighbourhood: Some(Neighbourhood::Rings(rings)) };
+    let options =
+        CurvatureOptions { method, neighbourhood: Some(Neighbourhood::Rings(rings)), ..Default::default() };
     estimate(&Surface::new(mesh, Weld::Exact), &options).expect("valid options")
 }
 

@@ -45,7 +45,7 @@ fn estimators(criterion: &mut Criterion) {
         for method in [Method::Libigl, Method::Quadric] {
             for rings in [2, 5] {
                 let neighbourhood = Some(Neighbourhood::Rings(rings));
-                let options = CurvatureOptions { method, neighbourhood };
+                let options = CurvatureOptions { method, neighbourhood, ..Default::default() };
                 group.bench_function(BenchmarkId::new(format!("{method:?}"), rings), |bencher| {
                     pool.install(|| bencher.iter(|| estimate(&surface, &options)));
                 });

@@ -1,5 +1,6 @@
 //! The arguments that choose an estimator.
 
+use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use osculate_geom::bake::{BakeOptions, Facing};
 use osculate_geom::curvature::{CurvatureOptions, Method, Neighbourhood};
@@ -9,11 +10,19 @@ use osculate_geom::mesh::Weld;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Estimator")]
 pub struct EstimateArgs {
-    /// Estimator: `quadric`, the accurate one, or `libigl`, which repeats `igl::principal_curvature` number by number
-    /// [default: quadric; for `verify --reference` libigl]
+    /// Estimator: `auto` finds neighbourhood and degree for the tolerance, vertex by vertex; `jet` fits a polynomial of
+    /// `--degree`; `quadric` is the cheapest fit; `libigl` repeats `igl::principal_curvature` number by number
+    /// [default: auto, or jet where a degree or a neighbourhood is given; for `verify --reference` libigl]
     #[arg(long, value_enum, hide_possible_values = true)]
     method: Option<MethodArg>,
-    /// Fit all vertices at most N edges away [default: 2 for quadric, 5 for libigl]
+    /// For auto: error to aim for, relative to the curvature at each vertex [default: 0.01]
+    #[arg(long, value_name = "E", value_parser = positive)]
+    tolerance: Option<f64>,
+    /// For jet: degree of the polynomial, 2 to 4 [default: 4]
+    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(2..=4))]
+    degree: Option<u8>,
+    /// Fit all vertices at most N edges away; for auto, go no further [default: 16 for auto, 3 for jet, 2 for quadric,
+    /// 5 for libigl]
     #[arg(long, value_name = "N", group = "neighbourhood", value_parser = clap::value_parser!(u32).range(1..=1000))]
     rings: Option<u32>,
     /// Fit all vertices within the distance R, in the mesh's units
@@ -22,6 +31,9 @@ pub struct EstimateArgs {
     /// Fit all vertices within X mean edge lengths: libigl's sphere mode
     #[arg(long, value_name = "X", group = "neighbourhood", value_parser = positive)]
     mean_edges: Option<f64>,
+    /// Fit the N nearest vertices that a walk over edges reaches
+    #[arg(long, value_name = "N", group = "neighbourhood", value_parser = clap::value_parser!(u32).range(6..=100_000))]
+    nearest: Option<u32>,
     /// Which vertices to merge first: those of equal position, or none [default: exact]
     #[arg(long, value_enum)]
     weld: Option<WeldArg>,
@@ -32,8 +44,21 @@ pub struct EstimateArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
+    Auto,
+    Jet,
     Quadric,
     Libigl,
+}
+
+impl From<MethodArg> for Method {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Auto => Self::Auto,
+            MethodArg::Jet => Self::Jet,
+            MethodArg::Quadric => Self::Quadric,
+            MethodArg::Libigl => Self::Libigl,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -44,34 +69,52 @@ enum WeldArg {
 
 impl EstimateArgs {
     /// The options, with these in place of what the user leaves open.
-    pub fn options(&self, defaults: &BakeOptions) -> BakeOptions {
-        let method = self.method.map_or(defaults.curvature.method, |method| match method {
-            MethodArg::Quadric => Method::Quadric,
-            MethodArg::Libigl => Method::Libigl,
-        });
+    ///
+    /// # Errors
+    ///
+    /// Options that do not go together, with what to do instead.
+    pub fn options(&self, defaults: &BakeOptions) -> Result<BakeOptions> {
         let rings = self.rings.map(Neighbourhood::Rings);
         let radius = self.radius.map(Neighbourhood::Radius);
         let mean_edges = self.mean_edges.map(Neighbourhood::MeanEdges);
-        let neighbourhood = rings.or(radius).or(mean_edges).or(defaults.curvature.neighbourhood);
-        BakeOptions {
-            curvature: CurvatureOptions { method, neighbourhood },
+        let nearest = self.nearest.map(Neighbourhood::Nearest);
+        let given = rings.or(radius).or(mean_edges).or(nearest);
+        // A tolerance, a degree or a neighbourhood says what is meant where the default would choose these itself.
+        let fixed = self.degree.is_some() || given.is_some() && defaults.curvature.method == Method::Auto;
+        let implied = match self.tolerance {
+            Some(_) => Some(Method::Auto),
+            None if fixed => Some(Method::Jet),
+            None => None,
+        };
+        let method = self.method.map(Method::from).or(implied).unwrap_or(defaults.curvature.method);
+        ensure!(
+            self.tolerance.is_none() || method == Method::Auto,
+            "--tolerance is for --method auto; the others take a neighbourhood"
+        );
+        ensure!(self.degree.is_none() || method == Method::Jet, "--degree is for --method jet");
+        let curvature = CurvatureOptions {
+            method,
+            neighbourhood: given.or(defaults.curvature.neighbourhood),
+            degree: self.degree.unwrap_or(defaults.curvature.degree),
+            tolerance: self.tolerance.unwrap_or(defaults.curvature.tolerance),
+        };
+        curvature.validate()?;
+        Ok(BakeOptions {
+            curvature,
             weld: self.weld.map_or(defaults.weld, |weld| match weld {
                 WeldArg::Exact => Weld::Exact,
                 WeldArg::Off => Weld::Off,
             }),
             facing: if self.flip { Facing::Flipped } else { defaults.facing },
-        }
+        })
     }
 
     /// Whether the user chose anything; a baked file leaves nothing to choose.
     pub fn is_given(&self) -> bool {
-        let Self { method, rings, radius, mean_edges, weld, flip } = self;
-        method.is_some()
-            || rings.is_some()
-            || radius.is_some()
-            || mean_edges.is_some()
-            || weld.is_some()
-            || *flip
+        let Self { method, tolerance, degree, rings, radius, mean_edges, nearest, weld, flip } = self;
+        let estimator = method.is_some() || tolerance.is_some() || degree.is_some();
+        let neighbourhood = rings.is_some() || radius.is_some() || mean_edges.is_some() || nearest.is_some();
+        estimator || neighbourhood || weld.is_some() || *flip
     }
 }
 
@@ -85,14 +128,17 @@ pub fn positive(text: &str) -> Result<f64, String> {
 
 /// The estimator in words: `quadric, 2 rings`.
 pub fn describe(options: &CurvatureOptions) -> String {
-    let method = match options.method {
-        Method::Quadric => "quadric",
-        Method::Libigl => "libigl",
+    let neighbourhood = match options.neighbourhood() {
+        Neighbourhood::Rings(1) => "1 ring".to_owned(),
+        Neighbourhood::Rings(rings) => format!("{rings} rings"),
+        Neighbourhood::Radius(radius) => format!("radius {radius}"),
+        Neighbourhood::MeanEdges(x) => format!("{x} mean edge lengths"),
+        Neighbourhood::Nearest(count) => format!("{count} nearest vertices"),
     };
-    match options.neighbourhood() {
-        Neighbourhood::Rings(1) => format!("{method}, 1 ring"),
-        Neighbourhood::Rings(rings) => format!("{method}, {rings} rings"),
-        Neighbourhood::Radius(radius) => format!("{method}, radius {radius}"),
-        Neighbourhood::MeanEdges(x) => format!("{method}, {x} mean edge lengths"),
+    match options.method {
+        Method::Auto => format!("auto, tolerance {}, at most {neighbourhood}", options.tolerance),
+        Method::Jet => format!("jet of degree {}, {neighbourhood}", options.degree),
+        Method::Quadric => format!("quadric, {neighbourhood}"),
+        Method::Libigl => format!("libigl, {neighbourhood}"),
     }
 }

@@ -9,8 +9,11 @@ use crate::mesh::{Material, Part, TextureImage};
 use crate::{Mesh, Vec3};
 
 fn provenance() -> Provenance {
-    let options =
-        CurvatureOptions { method: Method::Libigl, neighbourhood: Some(Neighbourhood::Radius(0.1 + 0.2)) };
+    let options = CurvatureOptions {
+        method: Method::Libigl,
+        neighbourhood: Some(Neighbourhood::Radius(0.1 + 0.2)),
+        ..Default::default()
+    };
     let source = Source { file: "häßlich \"name\" \u{1f40b}.obj".to_owned(), sha256: "00".repeat(32) };
     Provenance::new(source, options)
 }

@@ -5,10 +5,12 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::libigl_normals::libigl_vertex_normals;
+use super::local_fit::Cloud;
 use super::moments::Points;
 use super::walker::Walker;
 use super::{
-    CurvatureOptions, Method, Neighbourhood, OptionsError, Status, VertexCurvature, libigl, quadric,
+    CurvatureOptions, Method, Neighbourhood, OptionsError, Status, VertexCurvature, auto, jet, libigl,
+    quadric,
 };
 use crate::Vec3;
 use crate::mesh::{
@@ -73,7 +75,7 @@ pub(crate) struct Prepared<'a> {
     pub(crate) ring: Adjacency,
     pub(crate) normals: Vec<Vec3>,
     fans: Vec<Fan>,
-    method: Method,
+    options: CurvatureOptions,
     /// Never [`Neighbourhood::MeanEdges`]: that has become a radius.
     neighbourhood: Neighbourhood,
 }
@@ -83,11 +85,21 @@ pub(crate) struct Prepared<'a> {
 pub(crate) struct Scratch<'a> {
     pub(crate) walker: Walker<'a>,
     pub(crate) points: Points,
+    pub(super) cloud: Cloud,
+    pub(super) levels: Vec<auto::Level>,
+    /// Squared distances and vertices, to sort.
+    pub(super) order: Vec<(f64, u32)>,
 }
 
 impl<'a> Scratch<'a> {
     fn new(prepared: &'a Prepared<'a>) -> Self {
-        Self { walker: Walker::new(prepared.positions, &prepared.ring), points: Points::default() }
+        Self {
+            walker: Walker::new(prepared.positions, &prepared.ring),
+            points: Points::default(),
+            cloud: Cloud::default(),
+            levels: Vec::new(),
+            order: Vec::new(),
+        }
     }
 }
 
@@ -97,14 +109,14 @@ impl<'a> Prepared<'a> {
         let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
         let normals = match options.method {
             Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),
-            Method::Quadric => usable_normals(positions, triangles, &incident),
+            _ => usable_normals(positions, triangles, &incident),
         };
         let (ring, fans) = neighbours_and_fans(triangles, &incident);
         let neighbourhood = match options.neighbourhood() {
             Neighbourhood::MeanEdges(edges) => Neighbourhood::Radius(edges * mean_edge(positions, triangles)),
             other => other,
         };
-        Self { positions, ring, normals, fans, method: options.method, neighbourhood }
+        Self { positions, ring, normals, fans, options: *options, neighbourhood }
     }
 
     fn estimate_vertex(&self, vertex: usize, scratch: &mut Scratch<'_>) -> VertexCurvature {
@@ -115,12 +127,23 @@ impl<'a> Prepared<'a> {
             Fan::Empty => return VertexCurvature::undetermined(Status::Isolated),
         };
         let vertex = index_u32(vertex);
-        let mut estimate = match self.method {
-            Method::Libigl => libigl::estimate_vertex(self, vertex, self.neighbourhood, scratch),
-            Method::Quadric => quadric::estimate_vertex(self, vertex, self.neighbourhood, scratch),
+        let mut estimate = match (self.options.method, self.neighbourhood) {
+            (Method::Libigl, hood) => libigl::estimate_vertex(self, vertex, hood, scratch),
+            (Method::Quadric, hood) => quadric::estimate_vertex(self, vertex, hood, scratch),
+            (Method::Auto, Neighbourhood::Rings(rings)) => {
+                auto::estimate_vertex(self, vertex, self.options.tolerance, rings, scratch)
+            }
+            (Method::Jet | Method::Auto, hood) => {
+                jet::estimate_vertex(self, vertex, usize::from(self.options.degree), hood, scratch)
+            }
         };
-        estimate.status = estimate.status.max(status);
+        estimate.status = estimate.status.worse(status);
         estimate
+    }
+
+    /// What the rounding of a vertex's coordinates can do to a second difference over `length`, 1/length.
+    pub(super) fn rounding_error(&self, vertex: u32, length: f64) -> f64 {
+        4.0 * f64::EPSILON * (self.positions[vertex as usize].amax() / length) / length
     }
 }
 

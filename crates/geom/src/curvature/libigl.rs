@@ -66,6 +66,7 @@ fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) 
         Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => {
             walker.within_at_least(vertex, radius, LEAST_MEMBERS)
         }
+        Neighbourhood::Nearest(count) => walker.within_at_least(vertex, 0.0, count as usize + 1),
     };
 }
 
@@ -82,7 +83,7 @@ fn frame(prepared: &Prepared<'_>, vertex: u32) -> Option<Frame> {
 
 /// The members as points, of weight one where the projection-plane rule keeps them and zero where it does not.
 fn project(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) {
-    let Scratch { walker, points } = scratch;
+    let Scratch { walker, points, .. } = scratch;
     let origin = prepared.positions[vertex as usize];
     let mut facing = 0;
     points.clear(walker.members().len());

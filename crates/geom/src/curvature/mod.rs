@@ -1,14 +1,19 @@
 //! Principal curvature at the vertices of a surface.
 
+mod auto;
+mod error_bar;
 mod estimate;
+mod jet;
 mod kernel;
 mod libigl;
 mod libigl_normals;
+mod local_fit;
 mod moments;
 mod options;
 mod principal;
 mod quadric;
 mod shape_operator;
+mod support;
 mod walker;
 
 pub use estimate::estimate;

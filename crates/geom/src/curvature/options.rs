@@ -10,8 +10,17 @@ pub enum Method {
     /// What `igl::principal_curvature` computes, its deviations from the textbook included.
     Libigl,
     /// A weighted, distance-scaled quadric fit with the exact shape operator.
-    #[default]
     Quadric,
+    /// A polynomial fit of degree 2 to 4 of heights bent by the curvature itself.
+    Jet,
+    /// Jets whose neighbourhood and degree are chosen vertex by vertex for the tolerance.
+    #[default]
+    Auto,
+}
+
+impl Method {
+    /// All methods.
+    pub const ALL: [Self; 4] = [Self::Libigl, Self::Quadric, Self::Jet, Self::Auto];
 }
 
 /// Which vertices a fit sees.
@@ -24,16 +33,56 @@ pub enum Neighbourhood {
     Radius(f64),
     /// As `Radius`, in multiples of the mesh's mean edge length: libigl's "sphere" mode.
     MeanEdges(f64),
+    /// This many vertices, the nearest ones by distance that a walk over edges reaches.
+    Nearest(u32),
+}
+
+impl Neighbourhood {
+    /// A larger one of the same kind, for fits that this one does not determine; itself at step 0.
+    pub(super) fn enlarged(self, step: u32) -> Self {
+        let growth = 1.5_f64.powi(i32::try_from(step).expect("few steps"));
+        match self {
+            Self::Rings(rings) => Self::Rings(rings.saturating_add(step)),
+            Self::Radius(radius) => Self::Radius(radius * growth),
+            Self::MeanEdges(edges) => Self::MeanEdges(edges * growth),
+            Self::Nearest(count) => Self::Nearest(count.saturating_mul(step + 1)),
+        }
+    }
 }
 
 /// What to estimate.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CurvatureOptions {
     /// Which estimator runs. Default: [`Method::Quadric`].
     pub method: Method,
     /// Which vertices a fit sees. `None`, the default, takes the method's own: 5 rings for `libigl` (as libigl does) and
     /// 2 for `quadric`.
     pub neighbourhood: Option<Neighbourhood>,
+    /// Degree of [`Method::Jet`], 2 to 4. Default: 4.
+    #[serde(default = "default_degree")]
+    pub degree: u8,
+    /// What [`Method::Auto`] aims for: error over curvature, at each vertex. Default: 0.01.
+    #[serde(default = "default_tolerance")]
+    pub tolerance: f64,
+}
+
+fn default_degree() -> u8 {
+    4
+}
+
+fn default_tolerance() -> f64 {
+    0.01
+}
+
+impl Default for CurvatureOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            neighbourhood: None,
+            degree: default_degree(),
+            tolerance: default_tolerance(),
+        }
+    }
 }
 
 /// Options that make no sense.
@@ -45,6 +94,18 @@ pub enum OptionsError {
     /// Zero rings.
     #[error("a neighbourhood of 0 rings holds no neighbour; take 1 or more")]
     NoRings,
+    /// Fewer nearest neighbours than a fit has coefficients.
+    #[error("{0} nearest neighbours do not determine a fit; take 6 or more")]
+    TooFewNearest(u32),
+    /// A degree that jets do not have.
+    #[error("a degree of {0} is not among 2, 3 and 4")]
+    Degree(u8),
+    /// A tolerance of zero, below zero or not finite.
+    #[error("a tolerance of {0} is not a positive finite number")]
+    Tolerance(f64),
+    /// `auto` with a neighbourhood that is no bound on its rings.
+    #[error("auto chooses the neighbourhood itself: only a number of rings can bound it")]
+    AutoTakesRings,
 }
 
 impl CurvatureOptions {
@@ -54,6 +115,8 @@ impl CurvatureOptions {
         self.neighbourhood.unwrap_or(match self.method {
             Method::Libigl => Neighbourhood::Rings(5),
             Method::Quadric => Neighbourhood::Rings(2),
+            Method::Jet => Neighbourhood::Rings(3),
+            Method::Auto => Neighbourhood::Rings(16),
         })
     }
 
@@ -63,11 +126,20 @@ impl CurvatureOptions {
     ///
     /// Zero rings, or a radius that is not positive and finite.
     pub fn validate(&self) -> Result<(), OptionsError> {
+        if !(2..=4).contains(&self.degree) {
+            return Err(OptionsError::Degree(self.degree));
+        }
+        if !(self.tolerance.is_finite() && self.tolerance > 0.0) {
+            return Err(OptionsError::Tolerance(self.tolerance));
+        }
         match self.neighbourhood() {
             Neighbourhood::Rings(0) => Err(OptionsError::NoRings),
+            Neighbourhood::Rings(_) => Ok(()),
+            _ if self.method == Method::Auto => Err(OptionsError::AutoTakesRings),
             Neighbourhood::Radius(r) | Neighbourhood::MeanEdges(r) if !(r.is_finite() && r > 0.0) => {
                 Err(OptionsError::Radius(r))
             }
+            Neighbourhood::Nearest(count) if count < 6 => Err(OptionsError::TooFewNearest(count)),
             _ => Ok(()),
         }
     }

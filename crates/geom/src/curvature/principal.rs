@@ -39,8 +39,8 @@ impl Principal {
 
 /// How much an estimate can be trusted, and if there is none, why. The numbers are `_CURVATURE_STATUS` in files.
 ///
-/// Where several apply, the largest number wins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+/// Where several apply, [`Status::worse`] says which is reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Status {
@@ -56,17 +56,21 @@ pub enum Status {
     NonManifold = 4,
     /// No triangle of non-zero area uses the vertex.
     Isolated = 5,
+    /// The estimated error is over the tolerance: the surface is under-sampled there, or noisier than the largest
+    /// neighbourhood can average out. Only where nothing else is to be said.
+    OverTolerance = 6,
 }
 
 impl Status {
     /// All statuses in the order of their numbers.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Ok,
         Self::Boundary,
         Self::FewNeighbours,
         Self::RankDeficient,
         Self::NonManifold,
         Self::Isolated,
+        Self::OverTolerance,
     ];
 
     /// Words for tables and messages.
@@ -79,7 +83,19 @@ impl Status {
             Self::RankDeficient => "rank deficient",
             Self::NonManifold => "non-manifold",
             Self::Isolated => "isolated",
+            Self::OverTolerance => "over tolerance",
         }
+    }
+
+    /// The one of two that is reported: whatever says why there is no estimate, then what is wrong with the mesh, then what
+    /// is wrong with the estimate.
+    #[must_use]
+    pub fn worse(self, other: Self) -> Self {
+        let rank = |status: Self| match status {
+            Self::OverTolerance => 1,
+            other => 2 * other as u8,
+        };
+        if rank(other) > rank(self) { other } else { self }
     }
 
     /// The status with this number in a file.

@@ -40,7 +40,7 @@ pub(crate) fn estimate_vertex(
     let mut status = Status::FewNeighbours;
     let mut previous = 0;
     for step in 0..=ENLARGEMENTS {
-        let gathered = gather(vertex, neighbourhood, step, scratch);
+        let gathered = gather(vertex, neighbourhood.enlarged(step), scratch);
         if gathered == previous {
             break; // The component is exhausted.
         }
@@ -52,21 +52,22 @@ pub(crate) fn estimate_vertex(
         status = Status::RankDeficient;
         let Some(length) = scratch.points.extent() else { continue };
         if let Some((principal, error)) = fit(&scratch.points, inner, length, &frame) {
-            let error = error + rounding_error(&prepared.positions[vertex as usize], length);
+            let error = error + prepared.rounding_error(vertex, length);
             return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
         }
     }
     VertexCurvature::undetermined(status)
 }
 
-/// Fills the walker's members, enlarged by `step`; how many there are.
-fn gather(vertex: u32, neighbourhood: Neighbourhood, step: u32, scratch: &mut Scratch<'_>) -> usize {
+/// Fills the walker's members; how many there are.
+fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) -> usize {
+    let walker = &mut scratch.walker;
     match neighbourhood {
-        Neighbourhood::Rings(rings) => scratch.walker.rings(vertex, rings.saturating_add(step)).len(),
+        Neighbourhood::Rings(rings) => walker.rings(vertex, rings).len(),
         Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => {
-            let growth = 1.5_f64.powi(i32::try_from(step).expect("few steps"));
-            scratch.walker.within(vertex, radius * growth).len()
+            walker.within(vertex, radius).len()
         }
+        Neighbourhood::Nearest(count) => walker.within_at_least(vertex, 0.0, count as usize + 1).len(),
     }
 }
 
@@ -82,7 +83,7 @@ fn gather(vertex: u32, neighbourhood: Neighbourhood, step: u32, scratch: &mut Sc
 /// The price is noise: a fit that leans on near neighbours averages over fewer, so on noisy data it is worse than an
 /// unweighted one on as many rings (by a third to a half where noise dominates). More rings make up for it.
 fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) -> usize {
-    let Scratch { walker, points } = scratch;
+    let Scratch { walker, points, .. } = scratch;
     let origin = prepared.positions[vertex as usize];
     let members = walker.members();
     let offset = |member: u32| prepared.positions[member as usize] - origin;
@@ -158,9 +159,4 @@ fn standard_error(all: &Moments, solution: &Solution, count: usize) -> f64 {
         })
         .fold(0.0, f64::max);
     (variance * worst).sqrt()
-}
-
-/// What the rounding of the coordinates can do to a second difference over `length`.
-fn rounding_error(position: &Vec3, length: f64) -> f64 {
-    4.0 * f64::EPSILON * (position.amax() / length) / length
 }

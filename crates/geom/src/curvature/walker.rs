@@ -36,10 +36,15 @@ impl<'a> Walker<'a> {
     /// All vertices at most `rings` edges from `seed`, the seed first, then ring by ring.
     pub(crate) fn rings(&mut self, seed: u32, rings: u32) -> &[u32] {
         self.begin(seed);
-        let mut level = 0;
-        for _ in 0..rings {
+        self.ring_ends.push(1);
+        self.grow_rings(rings)
+    }
+
+    /// Goes on with the last walk by rings until it has this many.
+    pub(crate) fn grow_rings(&mut self, rings: u32) -> &[u32] {
+        while self.ring_ends.len() <= rings as usize {
             let end = self.members.len();
-            self.ring_ends.push(end);
+            let level = if self.ring_ends.len() == 1 { 0 } else { self.ring_ends[self.ring_ends.len() - 2] };
             if level == end {
                 break; // The last ring was empty: the whole component is in.
             }
@@ -51,9 +56,8 @@ impl<'a> Walker<'a> {
                     }
                 }
             }
-            level = end;
+            self.ring_ends.push(self.members.len());
         }
-        self.ring_ends.push(self.members.len());
         &self.members
     }
 

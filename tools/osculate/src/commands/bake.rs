@@ -79,7 +79,7 @@ pub fn run(args: &BakeArgs, console: &Console, reporter: &Reporter) -> Result<Ou
     let read = lap();
     let baked = {
         let _step = console.step("estimating curvature");
-        bake::bake(mesh, source, &args.estimate.options(&BakeOptions::default())).context(input.clone())?
+        bake::bake(mesh, source, &args.estimate.options(&BakeOptions::default())?).context(input.clone())?
     };
     let estimate = lap();
     let shown = args.output.display().to_string();

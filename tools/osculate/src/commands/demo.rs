@@ -116,7 +116,7 @@ fn bake_spot(curvature: CurvatureOptions) -> Result<BakedMesh> {
 fn verify_spot() -> Result<(verify::Against, Comparison)> {
     let reference = ReferenceFile::from_bytes(REFERENCE).context("spot.npz")?;
     let neighbourhood = ReferenceFile::neighbourhood(SETTING);
-    let baked = bake_spot(CurvatureOptions { method: Method::Libigl, neighbourhood })?;
+    let baked = bake_spot(CurvatureOptions { method: Method::Libigl, neighbourhood, ..Default::default() })?;
     let bounds = Bounds { curvature: 1e-9, angle: 1e-4 };
     let options = CompareOptions::new(bounds, baked.mesh().bbox_diagonal());
     Ok(verify::with_reference(baked.mesh(), baked.curvature(), "spot.npz", &reference, SETTING, &options))

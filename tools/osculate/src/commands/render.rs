@@ -222,7 +222,7 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
 }
 
 fn load_mesh(path: &Path, args: &RenderArgs, content: &Content, console: &Console) -> Result<LoadedMesh> {
-    let options = args.estimate.options(&BakeOptions::default());
+    let options = args.estimate.options(&BakeOptions::default())?;
     let (mesh, curvature) = match input::read(path, console)? {
         Input::Baked(_) if args.estimate.is_given() => {
             bail!(

@@ -150,7 +150,7 @@ pub fn run(args: &VerifyArgs, console: &Console, reporter: &Reporter) -> Result<
         Input::Baked(baked) => (baked, false),
         Input::Raw(mesh) => {
             let defaults = defaults(setting.as_deref(), reference.as_ref().map(|(_, file)| file));
-            let options = args.estimate.options(&defaults);
+            let options = args.estimate.options(&defaults)?;
             let source = Source::read(&args.file).with_context(|| shown.clone())?;
             let _step = console.step("estimating curvature");
             (bake::bake(mesh, source, &options).with_context(|| shown.clone())?, true)
@@ -213,7 +213,7 @@ fn choose_setting(args: &VerifyArgs, file: &ReferenceFile, input: &Input) -> Res
 fn defaults(setting: Option<&str>, file: Option<&ReferenceFile>) -> BakeOptions {
     let (Some(setting), Some(file)) = (setting, file) else { return BakeOptions::default() };
     let neighbourhood = ReferenceFile::neighbourhood(setting);
-    let curvature = CurvatureOptions { method: Method::Libigl, neighbourhood };
+    let curvature = CurvatureOptions { method: Method::Libigl, neighbourhood, ..Default::default() };
     // libigl saw copies of a position as different vertices, unless the reference says that it was welded.
     let welded = file.meta.get("welded").and_then(serde_json::Value::as_bool).unwrap_or(false);
     let weld = if welded || !has_equal_positions(file) { Weld::Exact } else { Weld::Off };

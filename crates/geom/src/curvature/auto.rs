@@ -1,0 +1,227 @@
+//! The estimator that is told an error and finds neighbourhood and degree, vertex by vertex.
+//!
+//! A fit of degree 4 on three rings is what clean data calls for: it is accurate and cheap, so it comes first. When its
+//! error bar is over the tolerance, the two parts of the bar say what to do. Where noise dominates, more points help: the
+//! neighbourhood grows, noise falls with its area and more, and lower degrees become the better ones, until bias takes over.
+//! Where bias dominates, the surface is under-sampled there, and fewer points may help. Every level is judged again with what
+//! larger ones show about bias: it falls with the square of the radius (for degrees 2 and 3) or more, and a large neighbourhood
+//! tells it from noise.
+
+use super::error_bar::{ErrorBar, error_bar, next_guess};
+use super::estimate::{Prepared, Scratch};
+use super::local_fit::{Cloud, Guess, LocalFit};
+use super::support::{Reach, gather_rings, grow_rings, reach_of_ring, reference_normal};
+use super::{Status, VertexCurvature};
+use crate::Vec3;
+
+/// Rings of the first level.
+const FIRST_RINGS: u32 = 3;
+/// Rings of the further levels; areas about double. The last is never reached, it ends the climb.
+const LATER_RINGS: [u32; 6] = [4, 6, 8, 11, 16, u32::MAX];
+
+/// A curvature whose sagitta over the neighbourhood is this share of its radius counts as flat: the tolerance is
+/// relative to the curvature, or to this one if that is larger. Otherwise a plane could not be had to any tolerance.
+const FLAT: f64 = 0.01;
+
+/// Change between degrees over its standard error at which it is not noise. In a smaller neighbourhood, which is then tried,
+/// there are too few points to tell.
+const CERTAIN: f64 = 6.0;
+/// The same ratio at which a larger neighbourhood is out of the question.
+const CLEAR: f64 = 20.0;
+/// Radius of a neighbourhood over the radius of curvature at which its rim faces away.
+const AROUND: f64 = 1.2;
+/// Caution in telling a level's bias from a larger one's.
+const BY_COMPARISON: f64 = 2.0;
+
+/// One neighbourhood with its fits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Level {
+    fit: LocalFit,
+    /// Of degrees 2 to 4.
+    bars: [Option<ErrorBar>; 3],
+}
+
+/// One degree of one level, with its error bar.
+#[derive(Debug, Clone, Copy)]
+struct Choice {
+    level: usize,
+    degree: usize,
+    bar: ErrorBar,
+}
+
+pub(super) fn estimate_vertex(
+    prepared: &Prepared<'_>,
+    vertex: u32,
+    tolerance: f64,
+    most_rings: u32,
+    scratch: &mut Scratch<'_>,
+) -> VertexCurvature {
+    if prepared.normals[vertex as usize] == Vec3::zeros() {
+        return VertexCurvature::undetermined(Status::Isolated);
+    }
+    let mut levels = std::mem::take(&mut scratch.levels);
+    let estimate = climb(prepared, vertex, tolerance, most_rings, scratch, &mut levels);
+    scratch.levels = levels;
+    estimate
+}
+
+fn climb(
+    prepared: &Prepared<'_>,
+    vertex: u32,
+    tolerance: f64,
+    most_rings: u32,
+    scratch: &mut Scratch<'_>,
+    levels: &mut Vec<Level>,
+) -> VertexCurvature {
+    levels.clear();
+    let mut reach = gather_rings(prepared, vertex, FIRST_RINGS.min(most_rings), scratch);
+    let Some(mut guess) = flat_guess(scratch) else {
+        return VertexCurvature::undetermined(Status::Isolated);
+    };
+    let mut rings = FIRST_RINGS;
+    for next in LATER_RINGS {
+        let mut trend = Trend::Noise;
+        if let Some(level) = Level::new(&scratch.cloud, reach, &guess) {
+            levels.push(level);
+            trend = level.trend();
+            guess = level.next_guess().unwrap_or(guess);
+            let holds = choose(levels).is_some_and(|first| first.holds(levels, tolerance));
+            if rings == FIRST_RINGS && !holds && level.certainty() > CERTAIN {
+                let near = reach_of_ring(&scratch.walker, FIRST_RINGS - 1);
+                // Levels stay in order of size.
+                levels.splice(0..0, Level::new(&scratch.cloud, near, &guess));
+                if choose(levels).is_some_and(|choice| choice.level + 1 < levels.len()) {
+                    trend = Trend::Bias;
+                }
+            }
+        }
+        if let Some(choice) = choose(levels) {
+            if choice.holds(levels, tolerance) {
+                return choice.estimate(prepared, vertex, levels, Status::Ok);
+            }
+            if choice.level + 2 < levels.len() {
+                break; // Two larger neighbourhoods were no better.
+            }
+        }
+        if trend == Trend::Bias || next > most_rings {
+            break;
+        }
+        rings = next;
+        let previous = reach.count;
+        reach = grow_rings(prepared, vertex, rings, scratch);
+        if reach.count == previous {
+            break; // The component is exhausted.
+        }
+    }
+    let Some(choice) = choose(levels) else {
+        let few = reach.count <= LocalFit::unknowns(2);
+        return VertexCurvature::undetermined(if few {
+            Status::FewNeighbours
+        } else {
+            Status::RankDeficient
+        });
+    };
+    let status = if choice.holds(levels, tolerance) { Status::Ok } else { Status::OverTolerance };
+    choice.estimate(prepared, vertex, levels, status)
+}
+
+/// The guess that a flat fit of degree 2 on the inner rings gives; `None` without a normal.
+fn flat_guess(scratch: &Scratch<'_>) -> Option<Guess> {
+    let one = reach_of_ring(&scratch.walker, 1);
+    let two = reach_of_ring(&scratch.walker, 2);
+    let normal = Guess::from_normal(reference_normal(&scratch.cloud, one.count)?);
+    let fit = LocalFit::new(&scratch.cloud, two.count, two.farthest, 2, &normal);
+    Some(fit.and_then(|fit| next_guess(&fit, 2)).unwrap_or(normal))
+}
+
+/// What makes the fits of a level wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Trend {
+    Noise,
+    Bias,
+}
+
+impl Level {
+    /// `None` if the points have no extent or no polynomial is determined.
+    fn new(cloud: &Cloud, reach: Reach, guess: &Guess) -> Option<Self> {
+        let fit = LocalFit::new(cloud, reach.count, reach.farthest, 4, guess)?;
+        let bars = [2, 3, 4].map(|degree| error_bar(&fit, degree));
+        bars.iter().any(Option::is_some).then_some(Self { fit, bars })
+    }
+
+    /// What degree 4 adds to degree 3, over its standard error; zero without these degrees.
+    fn certainty(&self) -> f64 {
+        let change = self.fit.change(3, 4).zip(self.fit.standard_error(4));
+        change.map_or(0.0, |(change, noise)| change / noise)
+    }
+
+    fn best_degree(&self) -> Option<(usize, ErrorBar)> {
+        let bars = (2..).zip(self.bars).filter_map(|(degree, bar)| Some((degree, bar?)));
+        bars.min_by(|a, b| a.1.typical().total_cmp(&b.1.typical()))
+    }
+
+    /// By the highest degree: as long as that one suffers from noise, more points help it and, more so, lower ones. But not
+    /// where the neighbourhood already reaches around the surface.
+    fn trend(&self) -> Trend {
+        let Some((degree, best)) = self.best_degree() else { return Trend::Noise };
+        let certain = self.fit.curvature(degree).unwrap_or(0.0) - best.noise;
+        let highest = self.bars.iter().rev().flatten().next().unwrap_or(&best);
+        if certain * self.fit.length > AROUND || highest.bias > highest.noise || self.certainty() > CLEAR {
+            Trend::Bias
+        } else {
+            Trend::Noise
+        }
+    }
+
+    fn next_guess(&self) -> Option<Guess> {
+        next_guess(&self.fit, self.best_degree()?.0)
+    }
+
+    /// The bias of one of its degrees, told from how a larger level's compares.
+    fn bias_seen_from(&self, larger: &Self, degree: usize) -> Option<f64> {
+        let bias = larger.bars[degree - 2]?.bias;
+        let ratio = (self.fit.length / larger.fit.length).min(1.0).powi(2);
+        Some(bias * BY_COMPARISON * if degree == 4 { ratio * ratio } else { ratio })
+    }
+}
+
+/// The degree and level with the smallest error bar.
+fn choose(levels: &[Level]) -> Option<Choice> {
+    let mut best: Option<Choice> = None;
+    for (index, level) in levels.iter().enumerate() {
+        for degree in 2..=4 {
+            let Some(own) = level.bars[degree - 2] else { continue };
+            let seen = levels[index + 1..].iter().filter_map(|larger| level.bias_seen_from(larger, degree));
+            let bar = ErrorBar { bias: seen.fold(own.bias, f64::min), ..own };
+            if best.is_none_or(|best| bar.typical() < best.bar.typical()) {
+                best = Some(Choice { level: index, degree, bar });
+            }
+        }
+    }
+    best.filter(|best| best.bar.typical().is_finite())
+}
+
+impl Choice {
+    /// Whether the error bar is within the tolerance.
+    fn holds(&self, levels: &[Level], tolerance: f64) -> bool {
+        let fit = &levels[self.level].fit;
+        let flat = FLAT / fit.length;
+        let scale = fit.curvature(self.degree).unwrap_or(0.0).max(flat);
+        self.bar.stated() <= tolerance * scale
+    }
+
+    fn estimate(
+        &self,
+        prepared: &Prepared<'_>,
+        vertex: u32,
+        levels: &[Level],
+        status: Status,
+    ) -> VertexCurvature {
+        let fit = &levels[self.level].fit;
+        let error = self.bar.stated() + prepared.rounding_error(vertex, fit.length);
+        match fit.principal(self.degree) {
+            Some(principal) => VertexCurvature { principal: Some(principal), error, status },
+            None => VertexCurvature::undetermined(Status::RankDeficient),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Solution of the normal equations for all degrees at once.
+//!
+//! With the unknowns in order of degree, the equations of degree 2 are the leading block of those of degree 3, and so on.
+//! One elimination `N = L D L^T` serves them all: with `y = L^-1 r` and `W = L^-1 E`, where `E` picks the unknowns of
+//! interest, the solution of the leading `m` equations is `sum_{k<m} W_k y_k / D_k`, its covariance for unit noise
+//! `sum_{k<m} W_k W_k^T / D_k`, and the squared residual that it leaves `r_zz - sum_{k<m} y_k^2 / D_k`. So a degree
+//! costs a few more terms of three sums, and what one degree adds to another is at hand for the error estimate.
+
+use super::kernel::Moments;
+use crate::curvature::moments::Height;
+
+/// Unknowns of a polynomial of degree 4.
+const UNKNOWNS: usize = 15;
+/// Columns: the unknowns, the right-hand side, and the six picked unknowns, padded to whole registers.
+const COLUMNS: usize = 24;
+/// Column of the right-hand side.
+const RIGHT: usize = UNKNOWNS;
+/// First column of the picked unknowns: height, slopes, second derivatives.
+const PICKED: usize = UNKNOWNS + 1;
+
+/// Exponents `(p, q)` of the monomials `u^p v^q` in order of degree.
+const MONOMIALS: [(usize, usize); UNKNOWNS] = [
+    (0, 0),
+    (1, 0),
+    (0, 1),
+    (2, 0),
+    (1, 1),
+    (0, 2),
+    (3, 0),
+    (2, 1),
+    (1, 2),
+    (0, 3),
+    (4, 0),
+    (3, 1),
+    (2, 2),
+    (1, 3),
+    (0, 4),
+];
+
+/// A polynomial of one degree, as far as curvature needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Polynomial {
+    /// Height at the origin of the fit.
+    pub(crate) shift: f64,
+    /// Slopes and second-order coefficients.
+    pub(crate) height: Height,
+    /// Covariance of the coefficients `(a, b, c)` for weights that are inverse variances:
+    /// `[aa, ab, ac, bb, bc, cc]`.
+    pub(crate) covariance: [f64; 6],
+    /// Mean squared residual, corrected for the number of coefficients and for few points; infinite where there are as many
+    /// coefficients as points.
+    pub(crate) variance: f64,
+}
+
+/// Polynomials of degree 2 and up to the degree asked for; `None` from the first that the points do not determine.
+pub(super) fn solve(moments: &Moments, degree: usize, least_pivot: f64) -> [Option<Polynomial>; 3] {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx512f") {
+        #[allow(unsafe_code, reason = "calling a function compiled for AVX-512 requires it")]
+        // SAFETY: the processor has AVX-512F, as was just checked.
+        return unsafe { avx512::solve(moments, degree, least_pivot) };
+    }
+    portable::solve(moments, degree, least_pivot)
+}
+
+/// The elimination for one set of lanes.
+macro_rules! elimination {
+    ($name:ident $(, $feature:literal)?) => {
+        mod $name {
+            use super::super::lanes::$name::{load, mul, splat, store, sub};
+            use super::{Moments, Polynomial, Sums, UNKNOWNS, assemble};
+
+            $(#[target_feature(enable = $feature)])?
+            pub(super) fn solve(
+                moments: &Moments,
+                degree: usize,
+                least_pivot: f64,
+            ) -> [Option<Polynomial>; 3] {
+                let unknowns = (degree + 1) * (degree + 2) / 2;
+                let mut a = assemble(moments, unknowns);
+                let diagonal: [f64; UNKNOWNS] = std::array::from_fn(|i| a[i].0[i]);
+                let mut found = [None; 3];
+                let mut sums = Sums { left: moments.squares, ..Sums::default() };
+                for k in 0..unknowns {
+                    let pivot = a[k].0[k];
+                    // A pivot over its diagonal is the share of a column that the columns before do not explain.
+                    if !(pivot > least_pivot * diagonal[k] && pivot < f64::INFINITY) {
+                        break;
+                    }
+                    let inverse = 1.0 / pivot;
+                    sums.add(&a[k].0, inverse);
+                    let row = [load(a[k].part(0)), load(a[k].part(1)), load(a[k].part(2))];
+                    let first_part = (k + 1) / 8;
+                    for i in k + 1..unknowns {
+                        let factor = splat(a[k].0[i] * inverse);
+                        for part in first_part..3 {
+                            let value = sub(load(a[i].part(part)), mul(factor, row[part]));
+                            store(value, a[i].part_mut(part));
+                        }
+                    }
+                    if let Some(index) = [6, 10, 15].iter().position(|&end| end == k + 1) {
+                        found[index] = Some(sums.polynomial(moments, k + 1));
+                    }
+                }
+                found
+            }
+        }
+    };
+}
+
+elimination!(portable);
+#[cfg(target_arch = "x86_64")]
+elimination!(avx512, "avx512f");
+
+/// A row of the equations.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Row([f64; COLUMNS]);
+
+impl Row {
+    #[inline(always)]
+    fn part(&self, part: usize) -> &[f64; 8] {
+        self.0[8 * part..8 * part + 8].first_chunk().expect("eight numbers")
+    }
+
+    #[inline(always)]
+    fn part_mut(&mut self, part: usize) -> &mut [f64; 8] {
+        self.0[8 * part..8 * part + 8].first_chunk_mut().expect("eight numbers")
+    }
+}
+
+#[inline(always)]
+fn assemble(moments: &Moments, unknowns: usize) -> [Row; UNKNOWNS] {
+    let mut a = [Row([0.0; COLUMNS]); UNKNOWNS];
+    for (i, &(p, q)) in MONOMIALS[..unknowns].iter().enumerate() {
+        // Upper triangle only: elimination never reads below the diagonal.
+        for (j, &(r, s)) in MONOMIALS[..unknowns].iter().enumerate().skip(i) {
+            a[i].0[j] = match (p + r, q + s) {
+                (0, 0) => moments.weight,
+                (p, 0) => moments.rows[0][p - 1],
+                (p, q) => moments.rows[q][p],
+            };
+        }
+        a[i].0[RIGHT] = moments.heights[q][p];
+        if i < 6 {
+            a[i].0[PICKED + i] = 1.0;
+        }
+    }
+    a
+}
+
+/// The running sums over eliminated rows.
+#[derive(Default)]
+struct Sums {
+    /// Solution, six picked unknowns.
+    x: [f64; 6],
+    covariance: [f64; 6],
+    left: f64,
+}
+
+impl Sums {
+    #[inline(always)]
+    fn add(&mut self, row: &[f64; COLUMNS], inverse: f64) {
+        let y = row[RIGHT] * inverse;
+        for (x, w) in self.x.iter_mut().zip(&row[PICKED..]) {
+            *x += w * y;
+        }
+        self.left -= row[RIGHT] * y;
+        let [a, b, c] = [row[PICKED + 3], row[PICKED + 4], row[PICKED + 5]];
+        for (sum, term) in self.covariance.iter_mut().zip([a * a, a * b, a * c, b * b, b * c, c * c]) {
+            *sum += term * inverse;
+        }
+    }
+
+    #[inline(always)]
+    fn polynomial(&self, moments: &Moments, unknowns: usize) -> Polynomial {
+        let [shift, d, e, a, b, c] = self.x;
+        let spare = moments.count - unknowns as f64;
+        // Where the residual drowns in the rounding of the squares it is that rounding.
+        let left = self.left.max(moments.squares * f64::EPSILON) * moments.count / moments.weight;
+        // A variance from few residuals may be small by luck; this is what Student's distribution adds at 95 %.
+        let variance = if spare > 0.0 { left / spare * (1.0 + 4.0 / spare) } else { f64::INFINITY };
+        Polynomial { shift, height: Height { a, b, c, d, e }, covariance: self.covariance, variance }
+    }
+}
