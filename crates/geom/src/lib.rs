@@ -19,7 +19,7 @@
 //! | [`bake`] | meshes with curvature as `.glb` and `.ply` |
 //! | [`inspect`] | what a mesh and its curvature are, in numbers |
 //! | [`mod@reference`] | recorded libigl output and closed forms, and the comparison with them |
-//! | [`shapes`] | parametric surfaces for tests, studies and scenes |
+//! | [`shapes`] | parametric surfaces for tests, studies and scenes; irregular ones of known curvature |
 //! | [`rays`] | watertight ray tracing against triangles, in `f32` |
 
 mod atomic;

@@ -158,6 +158,13 @@ struct Exact {
     d1: Vec3,
 }
 
+impl Exact {
+    fn of_level_set(gradient: &Vec3, hessian: &Mat3) -> Self {
+        let (kappa_max, kappa_min, d1) = level_set_curvature(gradient, hessian);
+        Self { kappa_max, kappa_min, d1 }
+    }
+}
+
 impl Shape {
     /// What vertices at these positions should have.
     ///
@@ -270,12 +277,12 @@ impl Shape {
             }
             Self::Ellipsoid { axes } => {
                 let (_, gradient, hessian) = ellipsoid(&axes, p);
-                level_set_curvature(&gradient, &hessian)
+                Exact::of_level_set(&gradient, &hessian)
             }
             Self::Plane { axis } => Exact { kappa_max: 0.0, kappa_min: 0.0, d1: any_tangent(&axis.unit()) },
             Self::Saddle { form } => {
                 let (_, gradient, hessian) = saddle(form, p);
-                level_set_curvature(&gradient, &hessian)
+                Exact::of_level_set(&gradient, &hessian)
             }
         }
     }
@@ -319,9 +326,9 @@ fn saddle(form: SaddleForm, p: &Vec3) -> (f64, Vec3, Mat3) {
     }
 }
 
-/// Principal curvatures of a level set with outward normal `grad F / |grad F|`: the eigenvalues of `H / |grad F|`
+/// `(kappa_max, kappa_min, d1)` of a level set with outward normal `grad F / |grad F|`: the eigenvalues of `H / |grad F|`
 /// restricted to the tangent plane (R. Goldman, Curvature formulas for implicit curves and surfaces, CAGD 22(7), 2005).
-fn level_set_curvature(gradient: &Vec3, hessian: &Mat3) -> Exact {
+pub(crate) fn level_set_curvature(gradient: &Vec3, hessian: &Mat3) -> (f64, f64, Vec3) {
     let n = gradient.normalize();
     let t = any_tangent(&n);
     let b = n.cross(&t);
@@ -331,7 +338,7 @@ fn level_set_curvature(gradient: &Vec3, hessian: &Mat3) -> Exact {
     let larger = eigen.eigenvalues.imax();
     let v = eigen.eigenvectors.column(larger);
     let d1 = t * v[0] + b * v[1];
-    Exact { kappa_max: eigen.eigenvalues[larger], kappa_min: eigen.eigenvalues[1 - larger], d1 }
+    (eigen.eigenvalues[larger], eigen.eigenvalues[1 - larger], d1)
 }
 
 /// A unit vector across `v`: the axis that `v` has least of, projected.

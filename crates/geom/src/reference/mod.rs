@@ -10,6 +10,7 @@ mod matching;
 mod npz;
 mod quantiles;
 
+pub(crate) use analytic::level_set_curvature;
 pub use analytic::{Axis, NotOnShape, ParseShapeError, SaddleForm, Shape};
 pub use compare::{
     Bounds, CompareOptions, Comparison, DEFAULT_CONDITION_LIMIT, Expected, SkipReason, Skipped, WorstVertex,

@@ -1,5 +1,7 @@
 //! Parametric surfaces with UVs and outward normals, for tests, studies and scenes.
 
+pub mod study;
+
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
