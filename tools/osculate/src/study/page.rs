@@ -135,13 +135,13 @@ impl Page {
 const STYLE: &str = "\
 :root{color-scheme:light dark;--ink:#1c2024;--soft:#5c666f;--rule:#d9dde1;--wash:#f4f6f7;--good:#00734f;--bad:#a1261d;--link:#0064b1;--ground:#fff}\
 @media (prefers-color-scheme:dark){:root{--ink:#e6e9ec;--soft:#a3adb6;--rule:#3a4148;--wash:#20252a;--good:#4fd0a2;--bad:#f28b82;--link:#5db4f5;--ground:#15181b}}\
-body{max-width:60rem;margin:2rem auto;padding:0 1rem;font:16px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--ground)}\
+body{max-width:74rem;margin:2rem auto;padding:0 1rem;font:16px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--ground)}\
 h1{line-height:1.2;margin-bottom:.6rem}h2{margin-top:2.6rem;padding-top:.6rem;border-top:1px solid var(--rule)}a{color:var(--link)}\
 .lead{font-size:1.08rem}nav{columns:2;font-size:.95rem;background:var(--wash);padding:.4rem .8rem;border-radius:6px}\
 code,pre{font:.9em ui-monospace,monospace;background:var(--wash);border-radius:4px}code{padding:.1em .25em}pre{padding:.8rem;overflow-x:auto}\
 .wide{overflow-x:auto;margin:1rem 0}table{border-collapse:collapse;font-size:.88rem;font-variant-numeric:tabular-nums}\
-caption{text-align:left;color:var(--soft);padding-bottom:.3rem;max-width:58rem}th,td{padding:.22rem .6rem;border-bottom:1px solid var(--rule);text-align:right;white-space:nowrap}\
-th{font-weight:600;vertical-align:bottom}th:first-child,td:first-child{text-align:left}tbody tr:hover{background:var(--wash)}\
+caption{text-align:left;min-width:34rem;color:var(--soft);padding-bottom:.3rem;max-width:60rem}th,td{padding:.22rem .6rem;border-bottom:1px solid var(--rule);text-align:right;white-space:nowrap}\
+th{font-weight:600;vertical-align:bottom}th:first-child,td:first-child{text-align:left}figure{max-width:60rem}p,ul{max-width:60rem}tbody tr:hover{background:var(--wash)}\
 .good{color:var(--good);font-weight:600}.bad{color:var(--bad)}figure{margin:1.2rem 0}figure svg{width:100%;height:auto;border:1px solid var(--rule);border-radius:6px}\
 figcaption{color:var(--soft);font-size:.92rem}details{margin:1rem 0}summary{cursor:pointer;color:var(--link)}";
 

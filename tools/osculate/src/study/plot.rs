@@ -87,11 +87,11 @@ pub const COLOURS: [(&str, &str); 8] = [
     ("#5a6570", "#a8b2bc"),
 ];
 
-const WIDTH: f64 = 920.0;
+const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 540.0;
 /// Edges of the field that data are drawn in.
 const LEFT: f64 = 78.0;
-const RIGHT: f64 = 690.0;
+const RIGHT: f64 = 710.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 480.0;
 /// Width of a character at the size of labels, for placing them without measuring.
