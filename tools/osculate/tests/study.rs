@@ -104,7 +104,7 @@ fn peers_measured_in_the_run_are_in_table_and_plots() {
         "python",
         "#!/bin/sh\n\
          [ \"$1\" = -c ] && exit 0\n\
-         [ -f \"$2/torus_1000_0.obj\" ] && [ \"$3\" = -o ] && [ \"$5 $6\" = '--ponca ponca' ] || exit 1\n\
+         [ -f \"$2/torus_1000_0.obj\" ] && [ \"$3\" = -o ] && [ \"$5 $6 $7 $8\" = '--ponca ponca --runs 1' ] || exit 1\n\
          echo 'peers 1 1 done' >&2\n\
          echo 'mesh,shape,vertices,noise,peer,setting,median,p95,direction_median_deg,direction_p95_deg,us_per_vertex,bytes_per_vertex,undetermined,note' > $4\n\
          for s in torus bump; do echo ${s}_1000_0,$s,1000,0,ponca,aso5,0.5,0.6,1,2,3,4,0, >> $4; done\n\

@@ -54,9 +54,9 @@ pub struct CurvatureArgs {
     /// Study the limit surface of this closed mesh too, besides Spot's; repeatable
     #[arg(long, value_name = "FILE")]
     mesh: Vec<PathBuf>,
-    /// Timed runs of every setting; the median counts
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=100))]
-    runs: u16,
+    /// Timed runs of every setting; the median counts [default: 3; with --quick 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=100))]
+    runs: Option<u16>,
     /// Where all random choices come from
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
@@ -115,7 +115,7 @@ fn run_curvature(args: &CurvatureArgs, console: &Console, reporter: &Reporter) -
     if folder.exists() && !folder.is_dir() {
         bail!("{}: is a file; name a directory", folder.display());
     }
-    let peers_run = args.peers.run();
+    let peers_run = args.peers.run(args.runs());
     if let Some(run) = &peers_run {
         run.check()?;
     }
@@ -160,10 +160,14 @@ impl CurvatureArgs {
     fn vertices(&self) -> usize {
         self.vertices.map_or(if self.quick { 1_000 } else { 10_000 }, |n| n as usize)
     }
+
+    fn runs(&self) -> usize {
+        self.runs.map_or(if self.quick { 1 } else { 3 }, usize::from)
+    }
 }
 
 impl PeersArgs {
-    fn run(&self) -> Option<PeersRun> {
+    fn run(&self, runs: usize) -> Option<PeersRun> {
         let python = self.python.clone()?;
         let given = [
             ("--cgal", &self.cgal),
@@ -174,7 +178,8 @@ impl PeersArgs {
         let arguments = given
             .into_iter()
             .filter_map(|(name, path)| Some([name.to_owned(), path.as_ref()?.display().to_string()]))
-            .flatten();
+            .flatten()
+            .chain(["--runs".to_owned(), runs.to_string()]);
         Some(PeersRun { python, script: self.peers_script.clone(), arguments: arguments.collect() })
     }
 }
@@ -204,8 +209,7 @@ fn measure(
     peers: bool,
     console: &Console,
 ) -> Result<(Vec<Row>, Option<PathBuf>)> {
-    let runs = if args.quick { 1 } else { usize::from(args.runs) };
-    let effort = Effort::new(rayon::current_num_threads(), runs)?;
+    let effort = Effort::new(rayon::current_num_threads(), args.runs())?;
     let mut export = (args.export || peers).then(|| Export::new(args.output.join("meshes"))).transpose()?;
     let work: Vec<f64> = plan.work().collect();
     let total: f64 = work.iter().sum();
