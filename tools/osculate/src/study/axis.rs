@@ -53,9 +53,10 @@ impl Range {
         if scale == Scale::Linear {
             (low, high) = (low.min(0.0), high.max(0.0));
         }
-        // A single value, or data on the frame's edge, would be hard to read.
-        let pad =
-            (0.05 * (high - low)).max(if scale == Scale::Log { 0.1 } else { 1e-3 * high.abs().max(1e-9) });
+        // Data on the frame's edge would be hard to read, and within less than 0.7 decades there may be no number at the axis.
+        let span = high - low;
+        let least = if scale == Scale::Log { 0.5 * (0.7 - span) } else { 1e-3 * high.abs().max(1e-9) };
+        let pad = (0.05 * span).max(least);
         let low = if scale == Scale::Linear && low == 0.0 { 0.0 } else { low - pad };
         Self { scale, low, high: high + pad }
     }
@@ -145,6 +146,17 @@ mod tests {
             (-0.5, "-0.5"),
         ] {
             assert_eq!(tick_text(value), text);
+        }
+    }
+
+    #[test]
+    fn every_axis_has_numbers() {
+        for (low, high) in [(1.0, 1.0), (147.0, 155.0), (3.1, 3.2), (0.021, 0.022), (1e-6, 1e3)] {
+            for scale in [Scale::Log, Scale::Linear] {
+                let ticks = Range::new(scale, [low, high].into_iter()).ticks();
+                let named = ticks.iter().filter(|t| t.text.is_some()).count();
+                assert!((2..=12).contains(&named), "{low} to {high}, {scale:?}: {named}");
+            }
         }
     }
 }
