@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{bake, demo, inspect, render, verify};
+use crate::commands::{bake, demo, inspect, render, study, verify};
 use crate::console::Console;
 use crate::report::Reporter;
 
@@ -26,6 +26,7 @@ Examples:
   osculate inspect cow.glb                          what is inside
   osculate verify cow.glb --analytic sphere:1       compare with a closed form
   osculate render cow.glb -o cow.png                a picture
+  osculate study curvature -o study --quick         error against time of every estimator
 
 Exit codes: 0 done; 1 a check did not hold; 2 bad input or usage, nothing was written.";
 
@@ -52,6 +53,7 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
     Render(render::RenderArgs),
+    Study(study::StudyArgs),
     Demo(demo::DemoArgs),
 }
 
@@ -81,6 +83,7 @@ impl Cli {
             Command::Inspect(args) => inspect::run(&args, &console, &reporter),
             Command::Verify(args) => verify::run(&args, &console, &reporter),
             Command::Render(args) => render::run(&args, &console, &reporter),
+            Command::Study(args) => study::run(&args, &console, &reporter),
             Command::Demo(args) => demo::run(&args, &console, &reporter),
         }
     }

@@ -126,6 +126,16 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The estimator as in `--method`.
+pub fn name(method: Method) -> &'static str {
+    match method {
+        Method::Auto => "auto",
+        Method::Jet => "jet",
+        Method::Quadric => "quadric",
+        Method::Libigl => "libigl",
+    }
+}
+
 /// The estimator in words: `quadric, 2 rings`.
 pub fn describe(options: &CurvatureOptions) -> String {
     let neighbourhood = match options.neighbourhood() {
@@ -135,10 +145,10 @@ pub fn describe(options: &CurvatureOptions) -> String {
         Neighbourhood::MeanEdges(x) => format!("{x} mean edge lengths"),
         Neighbourhood::Nearest(count) => format!("{count} nearest vertices"),
     };
+    let name = name(options.method);
     match options.method {
-        Method::Auto => format!("auto, tolerance {}, at most {neighbourhood}", options.tolerance),
-        Method::Jet => format!("jet of degree {}, {neighbourhood}", options.degree),
-        Method::Quadric => format!("quadric, {neighbourhood}"),
-        Method::Libigl => format!("libigl, {neighbourhood}"),
+        Method::Auto => format!("{name}, tolerance {}, at most {neighbourhood}", options.tolerance),
+        Method::Jet => format!("{name} of degree {}, {neighbourhood}", options.degree),
+        Method::Quadric | Method::Libigl => format!("{name}, {neighbourhood}"),
     }
 }

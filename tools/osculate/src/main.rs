@@ -9,6 +9,7 @@
 //! | `input`, `output` | files in, files out, and the checks before any work |
 //! | `console` | what a person sees: lines, warnings, progress |
 //! | `report` | what a program sees: `--json` |
+//! | `study` | error against time: what `study` measures, plots and writes |
 
 mod cli;
 mod commands;
@@ -18,10 +19,15 @@ mod field;
 mod input;
 mod output;
 mod report;
+mod study;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+
+/// Counts, so that a study can say what an estimate allocates; two relaxed atomic additions an allocation.
+#[global_allocator]
+static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
 
 fn main() -> ExitCode {
     // Prints help and usage errors by itself, with exit codes 0 and 2.

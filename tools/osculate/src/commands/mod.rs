@@ -4,4 +4,5 @@ pub mod bake;
 pub mod demo;
 pub mod inspect;
 pub mod render;
+pub mod study;
 pub mod verify;

@@ -3,11 +3,13 @@
 //! On regular meshes the errors of an estimator cancel by symmetry, so every mesh here is irregular on purpose: random
 //! points (whose triangles are of every form, slivers included), or a grid with moved vertices and random diagonals.
 
+mod limit;
 mod noise;
 mod random;
 mod sampling;
 mod surface;
 
+pub use limit::{LimitError, LimitMesh, loop_limit};
 pub use noise::{add_noise, mean_edge};
 
 use crate::curvature::Principal;
