@@ -31,6 +31,7 @@ use std::path::Path;
 
 pub use baked_mesh::{BakedMesh, FORMAT_VERSION, Facing, NormalSource, Provenance, Source, Units};
 pub use error::{ReadError, WriteError};
+pub(crate) use float::nearest_f32;
 pub use glb_write::write_glb;
 pub use ply::{Precision, write_ply};
 pub use run::{BakeOptions, bake};
