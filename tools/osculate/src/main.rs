@@ -9,6 +9,7 @@
 //! | `input`, `output` | files in, files out, and the checks before any work |
 //! | `console` | what a person sees: lines, warnings, progress |
 //! | `report` | what a program sees: `--json` |
+//! | `study` | error against time: what `study` measures, plots and writes |
 
 mod cli;
 mod commands;
@@ -18,6 +19,8 @@ mod field;
 mod input;
 mod output;
 mod report;
+#[allow(dead_code, reason = "the studies that use all of it follow")]
+mod study;
 
 use std::process::ExitCode;
 

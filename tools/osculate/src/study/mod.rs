@@ -1,0 +1,11 @@
+//! Studies of error against time: what `osculate study` measures, and how it shows it.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `plot` | a plot with linear or logarithmic axes as SVG |
+//! | `axis` | its axes and their ticks |
+//! | `page` | text, tables and plots as one self-contained HTML page |
+
+pub mod axis;
+pub mod page;
+pub mod plot;
