@@ -8,7 +8,10 @@
 //! spoil every chord that is not much longer than an edge. So the section is lifted onto the quadratic patch over each
 //! triangle: a point with the barycentric weights `b` lies `1/2 sum b_i b_j K_ij` above the triangle, where `K_ij` is the
 //! second fundamental form along the edge `ij`, the mean of the two corners'. That is exact where the surface is quadratic,
-//! and continuous over edges. The ray's elevation is taken against the lifted section's own tangent, so that very short
+//! and continuous over edges. Its slope still jumps there, by an angle of second order, which is much for a chord that is
+//! shorter than an edge. So up to the length of the first triangle's longest side the section is the curve that has the
+//! interpolated curvature at every point, from three times that length on it is the lifted one, and in between a blend: the
+//! first has no jumps, and the second does not drift. The ray's elevation is taken against the lifted section's own tangent, so that very short
 //! chords have the limit that they must have, the curvature along the section.
 
 use super::section::{Crossing, Piece, SectionWalk, Stop};
@@ -81,8 +84,27 @@ struct Planar {
     above: f64,
     /// The surface normal, as far as it lies in the plane, along the ray and across it.
     normal: [f64; 2],
-    /// Curvature of the section.
+    /// Curvature of the section as a plane curve.
     kappa: f64,
+}
+
+/// The curve that has the interpolated curvature, in the frame of tangent and normal at the entry.
+#[derive(Debug, Clone, Copy, Default)]
+struct Integrated {
+    /// Of the tangent against that at the entry.
+    angle: f64,
+    x: f64,
+    z: f64,
+}
+
+impl Integrated {
+    /// Goes on over a chord of a curve whose curvature changes linearly: its direction is the mean of the tangent's.
+    fn add(&mut self, chord: f64, from: f64, to: f64) {
+        let (sin, cos) = (self.angle - (2.0 * from + to) / 6.0 * chord).sin_cos();
+        self.x += chord * cos;
+        self.z += chord * sin;
+        self.angle -= 0.5 * (from + to) * chord;
+    }
 }
 
 /// How the walk got to a point.
@@ -114,6 +136,11 @@ struct Query<'a, 'f> {
     sine: f64,
     reach: Reach,
     start_kappa: f64,
+    /// The first triangle's longest side.
+    side: f64,
+    integrated: Integrated,
+    /// The end of the last piece on the lifted section, without the blend.
+    lifted: [f64; 2],
     last: Planar,
     passed: Vec<Passed>,
 }
@@ -142,6 +169,9 @@ impl<'a, 'f> Query<'a, 'f> {
             sine,
             reach,
             start_kappa: at.kappa,
+            side: longest_side(field, piece.from.triangle),
+            integrated: Integrated::default(),
+            lifted: [0.0; 2],
             last: Planar { t: 0.0, above: 0.0, normal: [n.dot(&ray), n.dot(&across)], kappa: at.kappa },
             passed: vec![Passed::default()],
         }
@@ -150,9 +180,12 @@ impl<'a, 'f> Query<'a, 'f> {
     /// Goes over a piece; where the walk ends if it ends there.
     fn add(&mut self, piece: &Piece) -> Option<End> {
         let is_first = self.passed.len() == 1;
-        let (from, to) = (self.last, self.planar(&piece.exit));
+        let (from, mut to) = (self.last, self.planar(&piece.exit));
         let before = *self.passed.last().expect("holds the start");
-        let span = (to.t - from.t).hypot(to.above - from.above);
+        let span = (to.t - self.lifted[0]).hypot(to.above - self.lifted[1]);
+        self.lifted = [to.t, to.above];
+        self.integrated.add(span, from.kappa, to.kappa);
+        [to.t, to.above] = self.blend(to, before.arc + span);
         let uv = uv_step(self.field, piece).unwrap_or_default();
         let after =
             Passed { t: to.t, arc: before.arc + span, uv: [before.uv[0] + uv[0], before.uv[1] + uv[1]] };
@@ -183,6 +216,16 @@ impl<'a, 'f> Query<'a, 'f> {
             (None, Some((share, stop))) => Some(between(share, stop)),
             (None, None) => None,
         }
+    }
+
+    /// Between the integrated and the lifted curve, by how far the walk has come against the size of a triangle.
+    fn blend(&self, lifted: Planar, arc: f64) -> [f64; 2] {
+        let Integrated { x, z, .. } = self.integrated;
+        let smooth = [self.sine * x - self.cosine * z, self.cosine * x + self.sine * z];
+        let share = if self.side > 0.0 { (0.5 * (arc / self.side - 1.0)).clamp(0.0, 1.0) } else { 1.0 };
+        let weight = share * share * (3.0 - 2.0 * share);
+        let mix = |a: f64, b: f64| if weight == 0.0 { a } else { a + weight * (b - a) };
+        [mix(smooth[0], lifted.t), mix(smooth[1], lifted.above)]
     }
 
     /// Share of the first piece at which the ray comes out: on the circle that the section has there, because the height
@@ -216,8 +259,11 @@ impl<'a, 'f> Query<'a, 'f> {
         // A section that grazes the surface runs along it: the lift's way to the patch within the plane has no limit there.
         let lift = lift(self.field, crossing.point) / in_plane.norm_squared().max(LEAST_SLOPE);
         let p = crossing.position + in_plane * lift - self.origin;
-        let kappa =
-            self.field.kappa_of_section(crossing.point, &self.plane_normal).unwrap_or(self.last.kappa);
+        // Meusnier: a section that cuts the surface askew is bent more than the surface.
+        let kappa = self
+            .field
+            .kappa_of_section(crossing.point, &self.plane_normal)
+            .map_or(self.last.kappa, |kappa| kappa / in_plane.norm().max(LEAST_SLOPE.sqrt()));
         let unit = in_plane.try_normalize(0.0).unwrap_or(self.across);
         Planar {
             t: self.ray.dot(&p),
@@ -356,9 +402,7 @@ fn lifted_tangent(field: &CurvatureField<'_>, normal: Vec3, piece: &Piece) -> Op
     /// Relative to the triangle's longest side. The direction of a shorter piece carries the rounding of its ends.
     const SHORTEST: f64 = 1e-6;
     let along = piece.exit.position - piece.from_position;
-    let [a, b, c] = field.surface().corners(piece.from.triangle);
-    let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
-    if along.norm_squared() <= SHORTEST * SHORTEST * longest {
+    if along.norm() <= SHORTEST * longest_side(field, piece.from.triangle) {
         return None;
     }
     let (from, to) = (piece.from.barycentric, piece.exit.point.barycentric);
@@ -370,6 +414,11 @@ fn lifted_tangent(field: &CurvatureField<'_>, normal: Vec3, piece: &Piece) -> Op
         })
         .sum();
     (along + normal * rise).try_normalize(0.0)
+}
+
+fn longest_side(field: &CurvatureField<'_>, triangle: usize) -> f64 {
+    let [a, b, c] = field.surface().corners(triangle);
+    (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared()).sqrt()
 }
 
 /// UV displacement over a piece, with the UVs that its own triangle has at its corners.

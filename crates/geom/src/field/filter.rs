@@ -105,6 +105,17 @@ impl Filter {
         }
     }
 
+    /// The filter of this kind that needs nothing but the field; `None` for [`FilterKind::Baked`], which needs a table.
+    #[must_use]
+    pub fn of_kind(kind: FilterKind) -> Option<Self> {
+        match kind {
+            FilterKind::Point => Some(Self::Point),
+            FilterKind::March => Some(Self::March),
+            FilterKind::Baked => None,
+            FilterKind::Chord => Some(Self::Chord),
+        }
+    }
+
     /// Asks for the curvature of a ray. `None` where no corner of the triangle has an estimate, and for a `w` without
     /// direction.
     ///

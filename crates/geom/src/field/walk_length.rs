@@ -43,6 +43,17 @@ impl WalkLength {
         Self::Shell { depth: Self::DEFAULT_DEPTH_SHARE * diagonal }
     }
 
+    /// Whether its lengths are finite and not negative, and its cosine is in `(0, 1]`.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let is_length = |x: f64| x.is_finite() && x >= 0.0;
+        match *self {
+            Self::Shell { depth } => is_length(depth),
+            Self::ShellAt { depth, cosine } => is_length(depth) && cosine > 0.0 && cosine <= 1.0,
+            Self::Fixed(length) => is_length(length),
+        }
+    }
+
     /// The rule that stands in for this one in a table of azimuths.
     #[must_use]
     pub fn for_table(self) -> Self {
