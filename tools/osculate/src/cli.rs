@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{bake, demo, inspect, render, verify};
+use crate::commands::{bake, demo, inspect, render, study, verify};
 use crate::console::Console;
 use crate::report::Reporter;
 
@@ -52,6 +52,7 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
     Render(render::RenderArgs),
+    Study(study::StudyArgs),
     Demo(demo::DemoArgs),
 }
 
@@ -81,6 +82,7 @@ impl Cli {
             Command::Inspect(args) => inspect::run(&args, &console, &reporter),
             Command::Verify(args) => verify::run(&args, &console, &reporter),
             Command::Render(args) => render::run(&args, &console, &reporter),
+            Command::Study(args) => study::run(&args, &console, &reporter),
             Command::Demo(args) => demo::run(&args, &console, &reporter),
         }
     }

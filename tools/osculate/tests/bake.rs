@@ -190,3 +190,23 @@ fn filters_are_baked_shown_and_used() {
         &["--filter-depth"],
     );
 }
+
+#[test]
+fn the_filter_study_writes_its_page_and_numbers() {
+    let w = Workspace::new();
+    let run = w.ok("study filter -o study --quick --runs 1 --json r.json");
+    assert!(run.stdout.contains("study/index.html"), "{run:?}");
+    let page = String::from_utf8(w.read("study/index.html")).unwrap();
+    assert!(page.contains("What to take when") && page.contains("<svg") && !page.contains("NaN"));
+    let results = w.json("r.json")["results"].clone();
+    for result in results.as_array().unwrap() {
+        for row in result["rows"].as_array().unwrap() {
+            if row["filter"] == "march" && row["setting"] == "" {
+                assert!(row["error"]["max"].as_f64().unwrap() < 1e-9, "{row}");
+            }
+        }
+    }
+    assert_eq!(String::from_utf8(w.read("study/filter.csv")).unwrap().lines().count(), 1 + 4 * 10);
+    w.write("file", "");
+    w.refuses("study filter -o file", &["file: is a file"]);
+}

@@ -6,8 +6,8 @@
 //!
 //! # How far off it is
 //!
-//! By [`SkipBounds`], a walk lowers the curvature by an amount in `[0, V]` from every point of a triangle, its corners
-//! included. The interpolated amount is a mean of such amounts. So the table is never further than `V` from the walk of the
+//! By [`SkipBounds`], a walk lowers the section's curvature by an amount in `[0, V]` from every point of a triangle, its
+//! corners included. The interpolated amount is a mean of such amounts. So the table is never further than `V` from the walk of the
 //! same length. That holds always and says little; how far off it typically is is measured on spread queries, and both are
 //! reported ([`BakedError`]).
 
@@ -83,7 +83,7 @@ impl BakedMinimum {
         self.walk
     }
 
-    /// The filtered curvature of a ray: that before the walk, less what the table has for its way.
+    /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
         let Some(at) = &start.section else { return start.along };
         let corners = field.surface().triangles()[start.point.triangle];
@@ -94,7 +94,9 @@ impl BakedMinimum {
             sum += weight * self.at(vertex as usize, azimuth);
             weights += weight;
         }
-        start.kappa() - if weights > 0.0 { sum / weights } else { 0.0 }
+        let lowering = if weights > 0.0 { sum / weights } else { 0.0 };
+        // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
+        start.along.min(at.kappa - lowering)
     }
 
     /// Linear between the two nearest azimuths.

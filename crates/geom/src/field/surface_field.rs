@@ -124,6 +124,13 @@ impl<'a> CurvatureField<'a> {
         (sum.1 > 0.0).then(|| sum.0 / sum.1)
     }
 
+    /// The unit normal of the fitted surface, interpolated: what filters measure a ray's elevation against. `None` where no
+    /// corner has an estimate, or the corners' normals cancel.
+    #[must_use]
+    pub fn unit_normal(&self, point: SurfacePoint) -> Option<Vec3> {
+        self.normal(point).try_normalize(0.0)
+    }
+
     /// The normal of the fitted surface, interpolated; not unit.
     pub(super) fn normal(&self, point: SurfacePoint) -> Vec3 {
         self.corner_estimates(point).map(|(principal, weight)| principal.normal() * weight).sum()

@@ -46,7 +46,7 @@ pub struct DemoArgs {
 }
 
 /// The mesh and its reference are part of the program, so that a moved binary works.
-const SPOT: &[u8] = include_bytes!("../../../../assets/meshes/spot.obj");
+pub const SPOT: &[u8] = include_bytes!("../../../../assets/meshes/spot.obj");
 const REFERENCE: &[u8] = include_bytes!("../../../../tests/data/reference/spot.npz");
 const SETTING: &str = "r5";
 

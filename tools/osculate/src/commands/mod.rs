@@ -4,4 +4,6 @@ pub mod bake;
 pub mod demo;
 pub mod inspect;
 pub mod render;
+pub mod study;
+pub mod study_filter;
 pub mod verify;
