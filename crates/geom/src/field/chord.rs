@@ -342,7 +342,10 @@ impl Curve {
     /// Half the second difference: how far the middle's tangent offset bends away, along ray and across it.
     fn bulge(&self) -> [f64; 2] {
         let bend = 0.25 * (self.from.kappa + self.to.kappa) * self.span * self.span;
-        [0, 1].map(|k| 0.5 * bend * (self.from.normal[k] + self.to.normal[k]))
+        // Across the chord, which has the direction half way between the tangents at its ends.
+        let normal = [0, 1].map(|k| self.from.normal[k] + self.to.normal[k]);
+        let length = normal[0].hypot(normal[1]);
+        if length > 0.0 { normal.map(|x| bend * x / length) } else { [0.0; 2] }
     }
 
     /// Distance along the ray and height above it at a share of the piece.
