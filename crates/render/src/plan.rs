@@ -101,7 +101,12 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
             relative_cost: if depth_of_field { 0.02 } else { 0.0 },
         },
         Decision { effect: "curvature", needed: false, reason: curvature.clone(), relative_cost: 0.0 },
-        Decision { effect: "curvature filter", needed: false, reason: curvature, relative_cost: 0.0 },
+        Decision {
+            effect: "curvature filter",
+            needed: false,
+            reason: format!("{curvature}, by `{}`", scene.filter.name()),
+            relative_cost: 0.0,
+        },
     ];
     EffectPlan { decisions, effects }
 }

@@ -106,6 +106,7 @@ impl EstimateArgs {
                 WeldArg::Off => Weld::Off,
             }),
             facing: if self.flip { Facing::Flipped } else { defaults.facing },
+            filter: defaults.filter,
         })
     }
 

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use osculate_geom::Mesh;
+use osculate_geom::bake::BakedMesh;
 use osculate_geom::curvature::VertexCurvature;
-use osculate_geom::field::{CurvatureField, SurfacePoint};
+use osculate_geom::field::{CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength};
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_render::scene::DirectionalCurvature;
 
@@ -13,21 +14,64 @@ use osculate_render::scene::DirectionalCurvature;
 #[derive(Debug)]
 pub struct OwnedField {
     field: CurvatureField<'static>,
-    /// Length of the filter's walk, world units.
-    length: f64,
+    filter: Filter,
+    walk: WalkLength,
 }
 
+/// Largest error of a walk that is left out, as a share of 1 / diagonal: far below what any material can show.
+const SKIP_SHARE: f64 = 1e-3;
+
 impl OwnedField {
-    /// The field of a mesh whose curvature is given per mesh vertex.
-    pub fn shared(mesh: &Mesh, curvature: &[VertexCurvature], length: f64) -> Arc<dyn DirectionalCurvature> {
-        let surface = Surface::new(mesh, Weld::Exact).into_owned();
+    /// The field of a mesh whose curvature is given per mesh vertex. `walk`: how far the filter looks, by default as far as
+    /// a ray can be in a material of the usual depth.
+    pub fn of_mesh(
+        mesh: &Mesh,
+        weld: Weld,
+        curvature: &[VertexCurvature],
+        filter: Filter,
+        walk: Option<WalkLength>,
+    ) -> Self {
+        let surface = Surface::new(mesh, weld).into_owned();
         let mut on_surface = vec![None; surface.positions().len()];
         for (vertex, &estimate) in curvature.iter().enumerate() {
             on_surface[surface.surface_from_vertex(vertex)].get_or_insert(estimate);
         }
         let on_surface: Vec<_> =
             on_surface.into_iter().map(|c| c.expect("every surface vertex has a mesh vertex")).collect();
-        Arc::new(Self { field: CurvatureField::new(surface, on_surface), length })
+        let field = CurvatureField::new(surface, on_surface).with_uv_set(mesh, 0);
+        let walk = walk.unwrap_or_else(|| WalkLength::of_mesh(field.diagonal()));
+        Self { field, filter, walk }
+    }
+
+    /// The field of a baked mesh, with what was baked of the filter. `None` if the filter is `baked` and the file has none.
+    pub fn of_baked(baked: &BakedMesh, filter: FilterKind, walk: Option<WalkLength>) -> Option<Self> {
+        let record = baked.provenance.filter;
+        let weld = baked.provenance.weld;
+        // A table knows one elevation; a walk takes the ray's own.
+        let walk = walk.or(record.map(|record| match record.walk {
+            WalkLength::ShellAt { depth, .. } => WalkLength::Shell { depth },
+            other => other,
+        }));
+        let rows = baked.filter().zip(record);
+        let plain = Filter::of_kind(filter).unwrap_or(Filter::Point);
+        let mut owned = Self::of_mesh(baked.mesh(), weld, baked.curvature(), plain, walk);
+        owned.filter = match (filter, rows) {
+            (FilterKind::Baked, None) => return None,
+            (FilterKind::Baked, Some((rows, record))) => {
+                Filter::Baked(Arc::new(rows.minimum(owned.field.surface(), record.walk)))
+            }
+            (FilterKind::March, Some((rows, record))) => Filter::MarchWithin {
+                bounds: Arc::new(rows.bounds(owned.field.surface(), record.bound_length)),
+                tolerance: SKIP_SHARE / owned.field.diagonal(),
+            },
+            _ => owned.filter,
+        };
+        Some(owned)
+    }
+
+    /// For a scene.
+    pub fn shared(self) -> Arc<dyn DirectionalCurvature> {
+        Arc::new(self)
     }
 }
 
@@ -50,7 +94,8 @@ impl DirectionalCurvature for OwnedField {
     }
 
     fn filtered(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32> {
-        let march = self.field.minimum_past(point(triangle, barycentrics), widen(direction), self.length)?;
-        Some(narrow(march.kappa))
+        let point = point(triangle, barycentrics);
+        let query = FilterQuery { point, w: widen(direction), length: self.walk };
+        Some(narrow(self.filter.ask(&self.field, &query)?.kappa))
     }
 }

@@ -14,7 +14,7 @@ use crate::output::extension;
 #[derive(Debug)]
 pub enum Input {
     /// Written by `osculate bake`.
-    Baked(BakedMesh),
+    Baked(Box<BakedMesh>),
     /// Any mesh.
     Raw(Mesh),
 }
@@ -23,7 +23,7 @@ pub enum Input {
 pub fn read(path: &Path, console: &Console) -> Result<Input> {
     if matches!(extension(path).as_str(), "glb" | "ply") && path.is_file() {
         match bake::read_baked(path) {
-            Ok(baked) => return Ok(Input::Baked(baked)),
+            Ok(baked) => return Ok(Input::Baked(Box::new(baked))),
             // Anything but a record that is there and damaged may still be a mesh; its reader says best what is wrong.
             Err(bake::ReadError::NotBaked) => {}
             Err(bake::ReadError::Invalid(_)) if !has_record(path) => {}

@@ -5,6 +5,7 @@
 //! | `cli` | the arguments that all commands share, and the list of commands |
 //! | `commands/` | one file per command: its arguments, what it runs, what it reports |
 //! | `estimate` | the arguments that choose an estimator |
+//! | `filter` | the arguments that choose how curvature is filtered |
 //! | `field` | what the renderer asks about curvature along a ray |
 //! | `input`, `output` | files in, files out, and the checks before any work |
 //! | `console` | what a person sees: lines, warnings, progress |
@@ -16,6 +17,7 @@ mod commands;
 mod console;
 mod estimate;
 mod field;
+mod filter;
 mod input;
 mod output;
 mod report;

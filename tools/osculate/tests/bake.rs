@@ -155,3 +155,57 @@ fn an_interrupted_write_leaves_the_old_file() {
         assert!(w.read(name) == old, "{name} is untouched");
     }
 }
+
+#[test]
+fn filters_are_baked_shown_and_used() {
+    let w = Workspace::new();
+    w.write_obj("torus.obj", &shapes::torus(1.0, 0.4, 40, 20));
+    for file in ["torus.glb", "torus.ply"] {
+        let run =
+            w.ok(&format!("bake torus.obj -o {file} --filter-azimuths 8 --filter-depth 0.05 --json r.json"));
+        assert!(
+            run.stdout.contains("8 azimuths, as far as a ray of cosine 0.2 is in a material 0.05 deep"),
+            "{run:?}"
+        );
+        let record = &w.json("r.json")["provenance"]["filter"];
+        assert_eq!((&record["azimuths"], &record["walk"]["shell_at"]["depth"]), (&8.into(), &0.05.into()));
+        let [median, p99, max, proved] =
+            ["median", "p99", "max", "proved"].map(|k| record["error"][k].as_f64().unwrap());
+        assert!(median <= p99 && p99 <= max && max <= proved, "{record}");
+        assert!(w.ok(&format!("inspect {file}")).stdout.contains("8 azimuths"), "{file}");
+        assert_eq!(read_baked(&w.path(file)).unwrap().filter().unwrap().azimuths(), 8);
+        for filter in ["point", "march", "baked", "chord"] {
+            w.ok(&format!("render {file} -o k.png --size 32x24 --aov filtered --filter {filter}"));
+        }
+    }
+    w.ok("bake torus.obj -o one.glb --threads 1 --filter-azimuths 4 --filter-length 0.2");
+    w.ok("bake torus.obj -o two.glb --threads 2 --filter-azimuths 4 --filter-length 0.2");
+    assert!(w.read("one.glb") == w.read("two.glb"));
+    w.refuses("bake torus.obj -o a.glb --filter-depth 0.1", &["--filter-azimuths"]);
+    assert_eq!(w.run("bake torus.obj -o a.glb --filter-azimuths 7").code, 2);
+    w.refuses("render torus.obj -o k.png --aov filtered --filter baked", &["torus.obj", "--filter-azimuths"]);
+    w.refuses(
+        "render torus.glb -o k.png --aov filtered --filter baked --filter-depth 1",
+        &["--filter-depth"],
+    );
+}
+
+#[test]
+fn the_filter_study_writes_its_page_and_numbers() {
+    let w = Workspace::new();
+    let run = w.ok("study filter -o study --quick --runs 1 --json r.json");
+    assert!(run.stdout.contains("study/index.html"), "{run:?}");
+    let page = String::from_utf8(w.read("study/index.html")).unwrap();
+    assert!(page.contains("What to take when") && page.contains("<svg") && !page.contains("NaN"));
+    let results = w.json("r.json")["results"].clone();
+    for result in results.as_array().unwrap() {
+        for row in result["rows"].as_array().unwrap() {
+            if row["filter"] == "march" && row["setting"] == "" {
+                assert!(row["error"]["max"].as_f64().unwrap() < 1e-9, "{row}");
+            }
+        }
+    }
+    assert_eq!(String::from_utf8(w.read("study/filter.csv")).unwrap().lines().count(), 1 + 4 * 10);
+    w.write("file", "");
+    w.refuses("study filter -o file", &["file: is a file"]);
+}

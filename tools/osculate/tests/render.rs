@@ -35,6 +35,17 @@ fn scenes_name_what_is_wrong() {
     w.write_obj("ball.obj", &shapes::icosphere(1.0, 1));
     w.write("scene.toml", "[image]\nwidth = 24\nheight = 16\n[[mesh]]\nfile = \"ball.obj\"\n");
     w.ok("render scene.toml -o scene.png --spp 1");
+    let scene = |curvature: &str| {
+        format!("{curvature}\n[image]\nwidth = 24\nheight = 16\n[[mesh]]\nfile = \"ball.obj\"\n")
+    };
+    w.write("chord.toml", &scene("[curvature]\nfilter = \"chord\"\ndepth = 0.1"));
+    w.ok("render chord.toml -o chord.exr --spp 1 --aov kappa_filtered");
+    assert!(w.ok("render chord.toml --explain").stdout.contains("by `chord`"));
+    assert!(w.ok("render chord.toml --explain --filter point").stdout.contains("by `point`"));
+    w.write("deep.toml", &scene("[curvature]\ndepth = -1.0"));
+    w.refuses("render deep.toml -o out.png", &["deep.toml", "curvature.depth", "-1"]);
+    w.write("both.toml", &scene("[curvature]\ndepth = 1.0\nlength = 2.0"));
+    w.refuses("render both.toml -o out.png", &["both.toml", "curvature.length"]);
     w.write("typo.toml", "[image]\nwidht = 24\n");
     w.refuses("render typo.toml -o out.png", &["typo.toml", "widht"]);
     w.write("missing.toml", "[[mesh]]\nfile = \"none.obj\"\n");

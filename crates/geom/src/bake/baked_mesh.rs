@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::filter_rows::{FilterRecord, FilterRows};
 use crate::Mesh;
 use crate::curvature::{CurvatureOptions, VertexCurvature};
 use crate::mesh::Weld;
@@ -19,6 +20,7 @@ pub const FORMAT_VERSION: u32 = 1;
 pub struct BakedMesh {
     mesh: Mesh,
     curvature: Vec<VertexCurvature>,
+    filter: Option<FilterRows>,
     /// How the curvature came about.
     pub provenance: Provenance,
 }
@@ -32,7 +34,27 @@ impl BakedMesh {
     #[must_use]
     pub fn new(mesh: Mesh, curvature: Vec<VertexCurvature>, provenance: Provenance) -> Self {
         assert_eq!(curvature.len(), mesh.positions().len(), "one curvature per mesh vertex");
-        Self { mesh, curvature, provenance }
+        Self { mesh, curvature, filter: None, provenance }
+    }
+
+    /// The same bake with its filter, and the record of that in the provenance.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one row per vertex, or the record has another number of azimuths.
+    #[must_use]
+    pub fn with_filter(mut self, rows: FilterRows, record: FilterRecord) -> Self {
+        assert_eq!(rows.bound().len(), self.curvature.len(), "one row per mesh vertex");
+        assert_eq!(rows.azimuths(), record.azimuths, "the record of these rows");
+        self.filter = Some(rows);
+        self.provenance.filter = Some(record);
+        self
+    }
+
+    /// The filter, if it was baked.
+    #[must_use]
+    pub fn filter(&self) -> Option<&FilterRows> {
+        self.filter.as_ref()
     }
 
     /// The mesh. After reading a file its normals are unit: the source file's own, or computed where that had none.
@@ -73,6 +95,9 @@ pub struct Provenance {
     pub normals: NormalSource,
     /// What the numbers are measured in.
     pub units: Units,
+    /// How the filter was baked, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filter: Option<FilterRecord>,
 }
 
 impl Provenance {
@@ -88,6 +113,7 @@ impl Provenance {
             facing: Facing::default(),
             normals: NormalSource::default(),
             units: Units::default(),
+            filter: None,
         }
     }
 }

@@ -57,6 +57,12 @@ impl FileFloat for f64 {
     }
 }
 
+/// The nearest finite `f32`: what is too large becomes the largest.
+#[expect(clippy::cast_possible_truncation, reason = "this is the named place where f64 becomes f32")]
+pub(crate) fn nearest_f32(x: f64) -> f32 {
+    (x as f32).clamp(f32::MIN, f32::MAX)
+}
+
 /// The components in `F`, or the first one that does not fit.
 pub(super) fn narrow_all<F: FileFloat, const N: usize>(row: [f64; N]) -> Result<[F; N], f64> {
     if let Some(&too_large) = row.iter().find(|&&x| F::narrow(x).is_none()) {

@@ -8,9 +8,11 @@ use gltf::{Accessor, Gltf, Primitive, Semantic};
 use serde_json::Value;
 
 use super::error::ReadError;
+use super::filter_rows::{FilterRows, is_valid};
 use super::rows::{CurvatureRow, SecondDirection, curvature_from_row, widen};
 use super::{BakedMesh, FORMAT_VERSION, Provenance};
 use crate::curvature::VertexCurvature;
+use crate::field::BakedMinimum;
 use crate::mesh::{Material, Part, TextureImage};
 use crate::{Mesh, Vec3};
 
@@ -26,7 +28,7 @@ pub fn read_baked_glb(bytes: &[u8]) -> Result<BakedMesh, ReadError> {
     let gltf = parse(bytes).map_err(|error| ReadError::invalid(describe(&error)))?;
     let provenance = provenance(&gltf)?;
     let bin = gltf.blob.as_deref().unwrap_or_default();
-    let mut builder = Builder::default();
+    let mut builder = Builder { azimuths: azimuths(&provenance)?, ..Builder::default() };
     for node in gltf.nodes() {
         let identity = gltf::scene::Transform::Matrix {
             matrix: [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 0., 0., 1.]],
@@ -96,12 +98,45 @@ pub(super) fn provenance_from_json(value: &Value) -> Result<Provenance, ReadErro
         .map_err(|error| ReadError::invalid(format!("the provenance record: {error}")))
 }
 
+/// Directions per vertex that the provenance promises, 0 without a filter.
+pub(super) fn azimuths(provenance: &Provenance) -> Result<usize, ReadError> {
+    let Some(record) = &provenance.filter else { return Ok(0) };
+    let is_valid = record.walk.is_valid() && record.bound_length.is_finite() && record.bound_length >= 0.0;
+    if !is_valid {
+        let what = format!(
+            "the provenance record: a filter over {:?}, bounded for {}; lengths are finite and not negative",
+            record.walk, record.bound_length
+        );
+        return Err(ReadError::invalid(what));
+    }
+    if BakedMinimum::AZIMUTHS.contains(&record.azimuths) {
+        return Ok(record.azimuths);
+    }
+    let what =
+        format!("the provenance record: a filter of {} azimuths; 4, 8, 16 or 32 exist", record.azimuths);
+    Err(ReadError::invalid(what))
+}
+
+/// Names the first value of a vertex's filter that cannot be one.
+pub(super) fn check_filter(vertex: usize, values: impl Iterator<Item = f32>) -> Result<(), ReadError> {
+    match values.into_iter().find(|&x| !is_valid(x)) {
+        None => Ok(()),
+        Some(x) => {
+            Err(ReadError::invalid(format!("vertex {vertex}: the filter's {x:?} is negative or not finite")))
+        }
+    }
+}
+
 #[derive(Default)]
 struct Builder {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uv_sets: Vec<Vec<[f64; 2]>>,
     curvature: Vec<VertexCurvature>,
+    /// Of the filter, 0 without one.
+    azimuths: usize,
+    lowering: Vec<f32>,
+    bound: Vec<f32>,
     triangles: Vec<[u32; 3]>,
     parts: Vec<Part>,
     /// First vertex of each set of vertex attributes that has been read, by the accessor indices.
@@ -189,10 +224,33 @@ impl Builder {
                 .map_err(|bad| ReadError::invalid(format!("vertex {vertex}: {bad}")))?;
             self.curvature.push(curvature);
         }
+        self.append_filter(&attributes, count)?;
         self.append_uvs(&attributes, count)?;
         self.positions.extend(positions.into_iter().map(widen));
         self.normals.extend(normals.into_iter().map(widen));
         Ok(count)
+    }
+
+    fn append_filter(&mut self, attributes: &Attributes<'_, '_>, count: usize) -> Result<(), ReadError> {
+        if self.azimuths == 0 {
+            return Ok(());
+        }
+        let read = |name: &str| attributes.floats::<4>(&extra(&name[1..]), name);
+        let parts = (0..self.azimuths / 4).map(|part| read(&format!("_CURVATURE_FILTER_{part}")));
+        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        let bound = attributes.floats::<1>(&extra("CURVATURE_FILTER_BOUND"), "_CURVATURE_FILTER_BOUND")?;
+        if bound.len() != count || parts.iter().any(|part| part.len() != count) {
+            return Err(ReadError::invalid(format!(
+                "_CURVATURE_FILTER has not {count} rows, one per vertex"
+            )));
+        }
+        for vertex in 0..count {
+            let values = parts.iter().flat_map(|part| part[vertex]).chain(bound[vertex]);
+            check_filter(vertex, values)?;
+            self.lowering.extend(parts.iter().flat_map(|part| part[vertex]));
+            self.bound.extend(bound[vertex]);
+        }
+        Ok(())
     }
 
     fn append_uvs(&mut self, attributes: &Attributes<'_, '_>, count: usize) -> Result<(), ReadError> {
@@ -220,7 +278,12 @@ impl Builder {
         }
         let parts = if self.parts.is_empty() { mesh.parts().to_vec() } else { self.parts };
         let mesh = mesh.with_parts(parts, materials)?;
-        Ok(BakedMesh::new(mesh, self.curvature, provenance))
+        let filter = provenance.filter.zip(FilterRows::new(self.azimuths, self.lowering, self.bound));
+        let baked = BakedMesh::new(mesh, self.curvature, provenance);
+        Ok(match filter {
+            Some((record, rows)) => baked.with_filter(rows, record),
+            None => baked,
+        })
     }
 }
 
@@ -247,7 +310,8 @@ impl<'a> Attributes<'a, '_> {
         let dimensions = match N {
             1 => Dimensions::Scalar,
             2 => Dimensions::Vec2,
-            _ => Dimensions::Vec3,
+            3 => Dimensions::Vec3,
+            _ => Dimensions::Vec4,
         };
         expect_type(&accessor, name, DataType::F32, dimensions)?;
         let rows = rows::<4, N>(&accessor, name, self.bin)?;

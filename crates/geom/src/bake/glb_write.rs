@@ -96,6 +96,17 @@ fn vertex_attributes(builder: &mut Builder, baked: &BakedMesh) -> Result<Attribu
     builder.bin.extend(curvature.iter().flat_map(|c| [c.status, 0, 0, 0]));
     let view = builder.view(start, Some(buffer::Target::ArrayBuffer), Some(4));
     add(extra("CURVATURE_STATUS"), builder.accessor(view, 0, count, ComponentType::U8, Type::Scalar));
+    if let Some(filter) = baked.filter() {
+        for part in 0..filter.azimuths() / 4 {
+            let rows = filter.lowering().chunks_exact(filter.azimuths());
+            let rows = rows.map(|row| std::array::from_fn::<f32, 4, _>(|k| row[4 * part + k]));
+            add(extra(&format!("CURVATURE_FILTER_{part}")), builder.floats(Type::Vec4, rows));
+        }
+        add(
+            extra("CURVATURE_FILTER_BOUND"),
+            builder.floats(Type::Scalar, filter.bound().iter().map(|&b| [b])),
+        );
+    }
     Ok(attributes)
 }
 

@@ -15,6 +15,14 @@ const STATUS: &str = "curvature_status";
 /// First word of the comment lines that hold the provenance.
 const COMMENT: &str = "osculate";
 
+/// Name of the filter's bound; it stands after the filter's values, before the status.
+const FILTER_BOUND: &str = "filter_bound";
+
+/// Property name of the filter's value for an azimuth.
+fn filter_name(azimuth: usize) -> String {
+    format!("filter_{azimuth}")
+}
+
 /// Property names of a UV set: `s`, `t`, then `s1`, `t1` and so on.
 fn uv_names(set: usize) -> [String; 2] {
     if set == 0 { ["s".to_owned(), "t".to_owned()] } else { [format!("s{set}"), format!("t{set}")] }

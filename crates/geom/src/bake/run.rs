@@ -1,8 +1,9 @@
 //! From a mesh to a bake.
 
-use super::{BakedMesh, Facing, NormalSource, Provenance, Source};
+use super::{BakedMesh, Facing, FilterOptions, FilterRows, NormalSource, Provenance, Source};
 use crate::Mesh;
 use crate::curvature::{CurvatureOptions, OptionsError, estimate};
+use crate::field::CurvatureField;
 use crate::mesh::{Surface, Weld};
 
 /// How a mesh is baked.
@@ -14,6 +15,8 @@ pub struct BakeOptions {
     pub weld: Weld,
     /// Whether to turn the surface over first. Default: kept.
     pub facing: Facing,
+    /// Whether to bake the minimum filter too. Default: no.
+    pub filter: Option<FilterOptions>,
 }
 
 /// Estimates the curvature of a mesh and spreads it over the copies that seams make of a vertex.
@@ -29,11 +32,20 @@ pub fn bake(mesh: Mesh, source: Source, options: &BakeOptions) -> Result<BakedMe
         Facing::Flipped => mesh.flipped(),
     };
     let surface = Surface::new(&mesh, options.weld);
-    let curvature = surface.spread(estimate(&surface, &options.curvature)?);
+    let estimated = estimate(&surface, &options.curvature)?;
+    let filter = options.filter.map(|filter| {
+        let field = CurvatureField::new(surface.clone(), &estimated[..]);
+        FilterRows::bake(&field, &filter)
+    });
+    let curvature = surface.spread(estimated);
     let mut provenance = Provenance::new(source, options.curvature);
     provenance.weld = options.weld;
     provenance.facing = options.facing;
     provenance.normals = if mesh.normals().is_some() { NormalSource::File } else { NormalSource::Computed };
     drop(surface);
-    Ok(BakedMesh::new(mesh, curvature, provenance))
+    let baked = BakedMesh::new(mesh, curvature, provenance);
+    Ok(match filter {
+        Some((rows, record)) => baked.with_filter(rows, record),
+        None => baked,
+    })
 }

@@ -5,6 +5,7 @@ use tempfile::tempdir;
 
 use super::*;
 use crate::curvature::{CurvatureOptions, Method, Neighbourhood, Principal, Status, VertexCurvature};
+use crate::field::{BakedError, BakedMinimum, WalkLength};
 use crate::mesh::{Material, Part, TextureImage};
 use crate::{Mesh, Vec3};
 
@@ -135,6 +136,104 @@ fn ply_keeps_rows_and_provenance_in_both_precisions() {
     check_against(&baked, &back, |x| x);
     assert_eq!(back.curvature(), baked.curvature(), "d2 is stored too");
     assert_eq!(back.mesh().uv_sets(), baked.mesh().uv_sets());
+}
+
+/// [`sample`] with rows of a filter whose values are all different.
+fn with_filter(azimuths: usize) -> BakedMesh {
+    let baked = sample();
+    let vertices = baked.curvature().len();
+    let lowering = (0..azimuths * vertices).map(|i| 0.1 + i as f32 * 0.713_7).collect();
+    let mut bound: Vec<f32> = (0..vertices).map(|i| 1e-7 + i as f32).collect();
+    bound[1] = crate::field::SkipBounds::UNKNOWN;
+    bound[2] = 0.0;
+    let record = FilterRecord {
+        azimuths,
+        walk: WalkLength::ShellAt { depth: 0.1 + 0.2, cosine: 0.2 },
+        bound_length: 1.0 / 3.0,
+        error: Some(BakedError { queries: 7, median: 0.1, p99: 0.2, max: 1.0 / 7.0, proved: None }),
+    };
+    baked.with_filter(FilterRows::new(azimuths, lowering, bound).unwrap(), record)
+}
+
+#[test]
+fn filters_come_back_to_the_bit() {
+    for azimuths in BakedMinimum::AZIMUTHS {
+        let baked = with_filter(azimuths);
+        for back in [
+            round_trip(&baked, "a.glb", |p, b| write_glb(p, b).unwrap()),
+            round_trip(&baked, "a.ply", |p, b| write_ply(p, b, Precision::F32).unwrap()),
+            round_trip(&baked, "a.ply", |p, b| write_ply(p, b, Precision::F64).unwrap()),
+        ] {
+            assert_eq!(back.filter(), baked.filter());
+            assert_eq!(back.provenance, baked.provenance);
+        }
+    }
+}
+
+#[test]
+fn a_baked_filter_is_that_of_the_field_on_all_copies() {
+    let mesh = crate::shapes::torus_with_uv(1.0, 0.4, 30, 16);
+    let options = BakeOptions {
+        filter: Some(FilterOptions { azimuths: 8, walk: Some(WalkLength::Fixed(0.3)) }),
+        ..BakeOptions::default()
+    };
+    let baked = bake(mesh, provenance().source, &options).unwrap();
+    let record = baked.provenance.filter.unwrap();
+    assert_eq!((record.azimuths, record.walk, record.bound_length), (8, WalkLength::Fixed(0.3), 0.3));
+    let error = record.error.unwrap();
+    assert!(error.median <= error.p99 && error.p99 <= error.max && error.max <= error.proved.unwrap());
+    let surface = crate::mesh::Surface::new(baked.mesh(), crate::mesh::Weld::Exact);
+    let estimated = crate::curvature::estimate(&surface, &options.curvature).unwrap();
+    let field = crate::field::CurvatureField::new(surface, estimated);
+    let (table, bounds) = (
+        baked.filter().unwrap().minimum(field.surface(), record.walk),
+        baked.filter().unwrap().bounds(field.surface(), record.bound_length),
+    );
+    assert_eq!(table, crate::field::bake_minimum(&field, 8, WalkLength::Fixed(0.3)));
+    let direct = crate::field::SkipBounds::new(&field, 0.3);
+    for triangle in 0..field.surface().triangles().len() {
+        assert!(bounds.bound(triangle) >= direct.bound(triangle));
+    }
+}
+
+#[test]
+fn damaged_filters_are_named() {
+    let directory = tempdir().unwrap();
+    let (glb, ply) = (directory.path().join("a.glb"), directory.path().join("a.ply"));
+    write_glb(&glb, &with_filter(8)).unwrap();
+    write_ply(&ply, &with_filter(8), Precision::F32).unwrap();
+    let replaced = |path: &Path, old: &[u8], new: &[u8]| {
+        assert_eq!(old.len(), new.len());
+        let mut bytes = std::fs::read(path).unwrap();
+        let at = bytes.windows(old.len()).position(|w| w == old).expect("is in the file");
+        bytes[at..at + old.len()].copy_from_slice(new);
+        bytes
+    };
+    // The third value of vertex 0, and the first of vertex 1.
+    let (third, next) = (0.1_f32 + 2.0 * 0.713_7, 0.1_f32 + 8.0 * 0.713_7);
+    let message = |error: ReadError| error.to_string();
+    for (old, new, expect) in [
+        (third, f32::NAN, "vertex 0: the filter's NaN is negative or not finite"),
+        (third, -1.0, "vertex 0: the filter's -1.0 is negative"),
+        (next, f32::INFINITY, "vertex 1: the filter's inf is"),
+    ] {
+        let (old, new) = (old.to_le_bytes(), new.to_le_bytes());
+        let found = message(read_baked_glb(&replaced(&glb, &old, &new)).unwrap_err());
+        assert!(found.contains(expect), "{found}");
+        let found = message(read_baked_ply(&replaced(&ply, &old, &new)).unwrap_err());
+        assert!(found.contains(expect), "{found}");
+    }
+    for (old, new, expect) in [
+        ("\"azimuths\":8", "\"azimuths\":7", "a filter of 7 azimuths; 4, 8, 16 or 32 exist"),
+        ("_CURVATURE_FILTER_1", "_CURVATURE_FILTER_9", "no attribute _CURVATURE_FILTER_1"),
+        ("_CURVATURE_FILTER_BOUND", "_CURVATURE_FILTER_BOUNT", "no attribute _CURVATURE_FILTER_BOUND"),
+        ("\"cosine\":0.2", "\"cosine\":2.0", "lengths are finite and not negative"),
+    ] {
+        let found = message(read_baked_glb(&replaced(&glb, old.as_bytes(), new.as_bytes())).unwrap_err());
+        assert!(found.contains(expect), "{found}");
+    }
+    let found = message(read_baked_ply(&replaced(&ply, b"filter_7", b"filter_x")).unwrap_err());
+    assert!(found.contains("no property filter_7"), "{found}");
 }
 
 #[test]

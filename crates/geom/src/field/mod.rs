@@ -1,8 +1,30 @@
-//! Curvature between the vertices: interpolation, curvature along a ray, and its minimum past a point.
+//! Curvature between the vertices: interpolation, curvature along a ray, and what lies past the point where it enters.
+//!
+//! [`Filter`] is the one interface to all ways to turn a ray at a surface point into the curvature that a material is asked
+//! with; [`CurvatureField`] holds the data.
 
+mod baked;
+mod chord;
 mod direction;
+mod filter;
 mod march;
+mod queries;
+mod section;
+mod skip;
+mod slice;
+mod start;
 mod surface_field;
+mod walk_length;
 
-pub use march::{MAX_CROSSINGS, March, Stop};
+#[cfg(test)]
+mod tests;
+
+pub use baked::{BakedError, BakedMinimum, bake_minimum};
+pub use chord::Chord;
+pub use filter::{Filter, FilterAnswer, FilterKind, FilterQuery};
+pub use march::March;
+pub use queries::spread_queries;
+pub use section::{MAX_CROSSINGS, Stop};
+pub use skip::SkipBounds;
 pub use surface_field::{CurvatureField, SurfacePoint};
+pub use walk_length::WalkLength;

@@ -4,9 +4,10 @@ use std::borrow::Cow;
 
 use super::direction::kappa_along;
 use super::march::{self, March};
+use super::start::Start;
 use crate::curvature::{Principal, VertexCurvature};
 use crate::mesh::{Surface, Topology};
-use crate::{Mat3, Vec3};
+use crate::{Mat3, Mesh, Vec3};
 
 /// A point on a surface: a triangle and the weights of its three corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +24,10 @@ pub struct CurvatureField<'a> {
     surface: Surface<'a>,
     curvature: Cow<'a, [VertexCurvature]>,
     topology: Topology,
+    /// Length of the bounding box's diagonal.
+    diagonal: f64,
+    /// UVs of the corners of every triangle; empty without.
+    corner_uvs: Vec<[[f64; 2]; 3]>,
 }
 
 impl<'a> CurvatureField<'a> {
@@ -36,7 +41,23 @@ impl<'a> CurvatureField<'a> {
         let curvature = curvature.into();
         assert_eq!(curvature.len(), surface.positions().len(), "one estimate per surface vertex");
         let topology = Topology::new(surface.triangles());
-        Self { surface, curvature, topology }
+        let diagonal = surface.bbox_diagonal();
+        Self { surface, curvature, topology, diagonal, corner_uvs: Vec::new() }
+    }
+
+    /// The same field with a UV set of the mesh that the surface was made of, for the chord's UV rate. Without such a set
+    /// the field stays as it is.
+    ///
+    /// # Panics
+    ///
+    /// If `mesh` has not as many triangles as the surface.
+    #[must_use]
+    pub fn with_uv_set(mut self, mesh: &Mesh, set: usize) -> Self {
+        assert_eq!(mesh.triangles().len(), self.surface.triangles().len(), "the mesh of the surface");
+        if let Some(uvs) = mesh.uv_sets().get(set) {
+            self.corner_uvs = mesh.triangles().iter().map(|t| t.map(|v| uvs[v as usize])).collect();
+        }
+        self
     }
 
     /// World-space position.
@@ -74,11 +95,25 @@ impl<'a> CurvatureField<'a> {
     /// point onwards against `w` (the way a ray from the viewer travels), over an arc of `length` world units
     /// (Sec. 4.2, Fig. 2 b). `w` points to the viewer. See [`March`] for what is returned.
     ///
-    /// Curvature on the way is taken along the curve. `None` where the starting triangle has no estimate. At normal
-    /// incidence the plane is undefined and the result is the curvature at the point.
+    /// Curvature on the way is taken along the curve. `None` where the starting triangle has no estimate, or `w` has no
+    /// direction. At normal incidence the plane is undefined and the result is the curvature at the point.
     #[must_use]
     pub fn minimum_past(&self, point: SurfacePoint, w: Vec3, length: f64) -> Option<March> {
-        march::minimum_past(self, point, w, length)
+        Some(march::minimum_past(self, &Start::new(self, point, w)?, length))
+    }
+
+    /// Curvature of a plane section at one of its points: each corner's, in the direction in which the plane cuts its
+    /// tangent plane. `normal` is the plane's; `None` where no corner has an estimate.
+    pub(super) fn kappa_of_section(&self, point: SurfacePoint, normal: &Vec3) -> Option<f64> {
+        self.interpolate(point, |principal| {
+            let (x1, x2) = (principal.d2.dot(normal), principal.d1.dot(normal));
+            let squared = x1 * x1 + x2 * x2;
+            if squared == 0.0 {
+                principal.mean()
+            } else {
+                (principal.kappa_max * x1 * x1 + principal.kappa_min * x2 * x2) / squared
+            }
+        })
     }
 
     pub(super) fn interpolate(&self, point: SurfacePoint, value: impl Fn(&Principal) -> f64) -> Option<f64> {
@@ -87,6 +122,13 @@ impl<'a> CurvatureField<'a> {
             sum = (sum.0 + value(principal) * weight, sum.1 + weight);
         }
         (sum.1 > 0.0).then(|| sum.0 / sum.1)
+    }
+
+    /// The unit normal of the fitted surface, interpolated: what filters measure a ray's elevation against. `None` where no
+    /// corner has an estimate, or the corners' normals cancel.
+    #[must_use]
+    pub fn unit_normal(&self, point: SurfacePoint) -> Option<Vec3> {
+        self.normal(point).try_normalize(0.0)
     }
 
     /// The normal of the fitted surface, interpolated; not unit.
@@ -103,7 +145,25 @@ impl<'a> CurvatureField<'a> {
         corners.into_iter().zip(point.barycentric).filter_map(estimate)
     }
 
-    pub(super) fn surface(&self) -> &Surface<'a> {
+    /// The estimate at a surface vertex.
+    pub(super) fn principal(&self, vertex: u32) -> Option<&Principal> {
+        self.curvature[vertex as usize].principal.as_ref()
+    }
+
+    /// UVs of a triangle's corners, if the field has any.
+    pub(super) fn corner_uvs(&self, triangle: usize) -> Option<&[[f64; 2]; 3]> {
+        self.corner_uvs.get(triangle)
+    }
+
+    /// Length of the bounding box's diagonal: no straight way within the surface is longer.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    /// The surface that the estimates belong to.
+    #[must_use]
+    pub fn surface(&self) -> &Surface<'a> {
         &self.surface
     }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{EulerRot, Mat3, Vec3};
 use osculate_geom::Mesh;
 use osculate_geom::curvature::VertexCurvature;
+use osculate_geom::field::{FilterKind, WalkLength};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -27,6 +28,8 @@ pub struct SceneFile {
     pub image: ImageSection,
     /// The camera; framed automatically if it has no position.
     pub camera: CameraSection,
+    /// How curvature along rays is filtered.
+    pub curvature: CurvatureSection,
     /// The meshes.
     pub mesh: Vec<MeshSection>,
     /// Materials by name.
@@ -86,6 +89,28 @@ impl Default for CameraSection {
             lens_radius: 0.0,
             focus_distance: None,
         }
+    }
+}
+
+/// `[curvature]`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CurvatureSection {
+    /// `point`, `march`, `baked` or `chord`. Default: `march`.
+    pub filter: FilterKind,
+    /// Depth of the material in world units of the mesh file; the filter looks as far as a ray can be in it. Default: 2 % of the
+    /// mesh's diagonal.
+    pub depth: Option<f64>,
+    /// How far to look past every point instead, in world units of the mesh file.
+    pub length: Option<f64>,
+}
+
+impl CurvatureSection {
+    /// How far the filter looks, if the file says it.
+    #[must_use]
+    pub fn walk(&self) -> Option<WalkLength> {
+        let fixed = self.length.map(WalkLength::Fixed);
+        fixed.or(self.depth.map(|depth| WalkLength::Shell { depth }))
     }
 }
 
@@ -251,6 +276,7 @@ impl SceneFile {
         let check =
             Checker { file: file.display().to_string(), folder: file.parent().unwrap_or(Path::new("")) };
         self.check_image(&check)?;
+        self.check_curvature(&check)?;
         let materials = self.materials(&check)?;
         let objects = self
             .mesh
@@ -269,6 +295,7 @@ impl SceneFile {
             fov_y: self.camera.fov_y.to_radians(),
         };
         let mut scene = Scene::preview(objects, &preview);
+        scene.filter = self.curvature.filter;
         scene.exposure = check.finite("image.exposure", self.image.exposure)?;
         if !self.light.is_empty() || self.environment.is_some() {
             scene.objects.pop();
@@ -287,6 +314,21 @@ impl SceneFile {
             }
         }
         Ok(())
+    }
+
+    fn check_curvature(&self, check: &Checker<'_>) -> Result<(), SceneFileError> {
+        let section = &self.curvature;
+        for (key, value) in [("curvature.depth", section.depth), ("curvature.length", section.length)] {
+            if let Some(value) = value.filter(|x| !(x.is_finite() && *x > 0.0)) {
+                return Err(check.error(key, value, "must be a positive length"));
+            }
+        }
+        match (section.depth, section.length) {
+            (Some(_), Some(length)) => {
+                Err(check.error("curvature.length", length, "stands beside curvature.depth; leave one out"))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn materials(&self, check: &Checker<'_>) -> Result<BTreeMap<&str, Material>, SceneFileError> {

@@ -8,8 +8,9 @@ use std::sync::Arc;
 use glam::{Mat3, Vec3};
 use osculate_geom::Mesh;
 use osculate_geom::curvature::VertexCurvature;
+use osculate_geom::field::FilterKind;
 
-pub use file::{LoadedMesh, MeshLoader, SceneFile, SceneFileError};
+pub use file::{CurvatureSection, LoadedMesh, MeshLoader, SceneFile, SceneFileError};
 pub use preview::PreviewOptions;
 
 use crate::camera::Camera;
@@ -33,6 +34,8 @@ pub struct Scene {
     pub environment: Environment,
     /// Exposure in stops for pictures of 8 bits: colours are multiplied by 2 to this power.
     pub exposure: f32,
+    /// What the objects' fields filter curvature by; the fields do it, this is for the plan.
+    pub filter: FilterKind,
 }
 
 /// A mesh in the scene.
@@ -80,7 +83,7 @@ pub trait DirectionalCurvature: std::fmt::Debug + Send + Sync {
     /// Curvature along the direction, 1/length.
     fn along(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32>;
 
-    /// Least curvature along a short walk over the surface from the point, in the plane of direction and normal, 1/length.
+    /// Curvature along the direction after the filter, 1/length; see [`osculate_geom::field::Filter`].
     fn filtered(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32>;
 }
 

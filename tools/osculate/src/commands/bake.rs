@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use osculate_geom::bake::{self, BakeOptions, BakedMesh, Precision, Provenance, Source};
+use osculate_geom::bake::{self, BakeOptions, BakedMesh, FilterOptions, Precision, Provenance, Source};
+use osculate_geom::field::BakedMinimum;
 use osculate_geom::inspect::{CurvatureReport, MeshReport};
 use serde::Serialize;
 
 use crate::cli::Outcome;
 use crate::console::{Console, bytes, count};
 use crate::estimate::{EstimateArgs, describe};
+use crate::filter::LengthArgs;
 use crate::report::Reporter;
 use crate::{commands::inspect, input, output};
 
@@ -21,6 +23,7 @@ Examples:
   osculate bake cow.obj -o cow.glb
   osculate bake scan.ply -o scan.ply.glb --method libigl --rings 5
   osculate bake part.stl -o part.ply --precision f64 --radius 0.02
+  osculate bake cow.obj -o cow.glb --filter-azimuths 8 --filter-depth 0.05
 
 A .glb opens in any viewer; the curvature is in vertex attributes that viewers skip. Rows keep the input's vertex
 order. Vertices whose data determines no curvature are flagged, not guessed.")]
@@ -33,6 +36,11 @@ pub struct BakeArgs {
     output: PathBuf,
     #[command(flatten)]
     estimate: EstimateArgs,
+    /// Bake the minimum filter too, in N directions per vertex: 4, 8, 16 or 32
+    #[arg(long, value_name = "N", value_parser = azimuths)]
+    filter_azimuths: Option<usize>,
+    #[command(flatten)]
+    length: LengthArgs,
     /// Width of the floats; f64 needs .ply
     #[arg(long, value_enum, default_value = "f32")]
     precision: PrecisionArg,
@@ -42,6 +50,11 @@ pub struct BakeArgs {
 enum PrecisionArg {
     F32,
     F64,
+}
+
+fn azimuths(text: &str) -> Result<usize, String> {
+    let known = |n: &usize| BakedMinimum::AZIMUTHS.contains(n);
+    text.parse().ok().filter(known).ok_or_else(|| "must be 4, 8, 16 or 32".to_owned())
 }
 
 #[derive(Serialize)]
@@ -67,6 +80,14 @@ pub fn run(args: &BakeArgs, console: &Console, reporter: &Reporter) -> Result<Ou
     output::check(&args.output)?;
     output::check_distinct(&args.input, &args.output)?;
     let write = writer(args)?;
+    let walk = args.length.walk();
+    if walk.is_some() && args.filter_azimuths.is_none() {
+        bail!("--filter-depth and --filter-length say how far --filter-azimuths looks; name that too");
+    }
+    let options = BakeOptions {
+        filter: args.filter_azimuths.map(|azimuths| FilterOptions { azimuths, walk }),
+        ..args.estimate.options(&BakeOptions::default())?
+    };
     let mut clock = reporter.cost().seconds;
     let mut lap = || {
         let start = std::mem::replace(&mut clock, reporter.cost().seconds);
@@ -79,7 +100,7 @@ pub fn run(args: &BakeArgs, console: &Console, reporter: &Reporter) -> Result<Ou
     let read = lap();
     let baked = {
         let _step = console.step("estimating curvature");
-        bake::bake(mesh, source, &args.estimate.options(&BakeOptions::default())?).context(input.clone())?
+        bake::bake(mesh, source, &options).context(input.clone())?
     };
     let estimate = lap();
     let shown = args.output.display().to_string();
@@ -139,6 +160,7 @@ fn print(report: &Report<'_>, console: &Console, reporter: &Reporter) {
     ));
     console.result(format_args!("  method     {}", describe(&report.provenance.curvature)));
     inspect::print_curvature(&report.curvature, console);
+    inspect::print_filter(report.provenance, console);
     let cost = reporter.cost();
     let memory = cost.peak_memory_bytes.map_or_else(String::new, |n| format!(", {} at most", bytes(n)));
     let threads = count(cost.threads, "thread");

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::cli::Outcome;
 use crate::console::{Console, count, number};
 use crate::estimate::describe;
+use crate::filter::describe_walk;
 use crate::input::{self, Input};
 use crate::output::extension;
 use crate::report::Reporter;
@@ -218,10 +219,32 @@ fn print_provenance(provenance: &Provenance, console: &Console) {
         NormalSource::Computed => "computed",
     };
     console.result(format_args!("  method     {}, {weld}{facing}", describe(&provenance.curvature)));
+    print_filter(provenance, console);
     console.result(format_args!("  baked      by {}, normals {normals}", provenance.tool));
     console.result(format_args!(
         "  source     {} (SHA-256 {})",
         provenance.source.file, provenance.source.sha256
+    ));
+}
+
+/// The lines about a baked filter that `bake` prints too.
+pub fn print_filter(provenance: &Provenance, console: &Console) {
+    let Some(filter) = &provenance.filter else { return };
+    console.result(format_args!(
+        "  filter     {} azimuths, {}; bounds for walks up to {}",
+        filter.azimuths,
+        describe_walk(&filter.walk),
+        number(filter.bound_length)
+    ));
+    let Some(error) = &filter.error else { return };
+    let proved =
+        error.proved.map_or_else(|| "no bound is proved".to_owned(), |p| format!("{} is proved", number(p)));
+    console.result(format_args!(
+        "             off by {} (median), {} (99 %), {} (worst of {} rays); {proved}",
+        number(error.median),
+        number(error.p99),
+        number(error.max),
+        error.queries
     ));
 }
 

@@ -5,4 +5,5 @@ pub mod demo;
 pub mod inspect;
 pub mod render;
 pub mod study;
+pub mod study_filter;
 pub mod verify;

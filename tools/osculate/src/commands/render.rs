@@ -9,11 +9,12 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use osculate_geom::bake::BakeOptions;
 use osculate_geom::curvature::estimate;
+use osculate_geom::field::{Filter, FilterKind, WalkLength};
 use osculate_geom::mesh::Surface;
 use osculate_render::aov::{Aov, aovs};
 use osculate_render::false_colour::{Quantity, curvature_picture};
 use osculate_render::output::{ExrLayer, write_exr, write_png};
-use osculate_render::scene::{LoadedMesh, PreviewOptions, SceneFile};
+use osculate_render::scene::{CurvatureSection, LoadedMesh, PreviewOptions, SceneFile};
 use osculate_render::{
     Counters, EffectPlan, MeshInstance, RenderOptions, Rendering, Scene, StopRule, picture, plan, render,
 };
@@ -23,6 +24,7 @@ use crate::cli::Outcome;
 use crate::console::{Console, number};
 use crate::estimate::{EstimateArgs, positive};
 use crate::field::OwnedField;
+use crate::filter::{FilterArg, LengthArgs};
 use crate::input::{self, Input};
 use crate::output;
 use crate::report::Reporter;
@@ -33,6 +35,7 @@ use crate::report::Reporter;
 Examples:
   osculate render cow.glb -o cow.png                        shaded, in a studio that fits the mesh
   osculate render cow.glb -o cow_k.png --aov mean           mean curvature in colours with a scale
+  osculate render cow.glb -o cow_f.png --aov filtered --filter chord --filter-depth 0.05
   osculate render scene.toml -o scene.exr --noise 0.01 --aov depth,normal,kappa_max
   osculate render scene.toml --explain                      which effects are simulated, and why
 
@@ -61,9 +64,11 @@ pub struct RenderArgs {
     /// Layers or quantities instead of the colours, separated by commas
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     aov: Vec<String>,
-    /// How far the filtered curvature looks past a point, in world units [default: 2 % of the mesh's diagonal]
-    #[arg(long, value_name = "L", value_parser = positive)]
-    filter_length: Option<f64>,
+    /// What makes the filtered curvature [default: the scene's, or march]
+    #[arg(long, value_enum)]
+    filter: Option<FilterArg>,
+    #[command(flatten)]
+    length: LengthArgs,
     /// Print which effects are simulated and why
     #[arg(long)]
     explain: bool,
@@ -128,6 +133,11 @@ impl Content {
 /// Runs the command.
 pub fn run(args: &RenderArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
     let content = content(args)?;
+    if args.filter == Some(FilterArg::Baked) && args.length.walk().is_some() {
+        bail!(
+            "--filter baked looks as far as the file was baked for; leave out --filter-depth and --filter-length"
+        );
+    }
     if let Some(path) = &args.output {
         output::check(path)?;
         output::check_distinct(&args.input, path)?;
@@ -204,13 +214,13 @@ fn stop_rule(args: &RenderArgs) -> StopRule {
 
 fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scene> {
     let path = &args.input;
-    let load = |path: &Path| load_mesh(path, args, content, console);
     if output::extension(path) != "toml" {
-        let LoadedMesh { mesh, curvature, field } = load(path)?;
+        let filter = chosen_filter(args, &CurvatureSection::default());
+        let LoadedMesh { mesh, curvature, field } = load_mesh(path, args, content, filter, console)?;
         let object = MeshInstance { curvature, field, ..MeshInstance::new(mesh) };
         let mut options = PreviewOptions::default();
         options.size = args.size.unwrap_or(options.size);
-        return Ok(Scene::preview(vec![object], &options));
+        return Ok(Scene { filter: filter.0, ..Scene::preview(vec![object], &options) });
     }
     let shown = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| shown.clone())?;
@@ -218,10 +228,30 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
     if let Some([width, height]) = args.size {
         (file.image.width, file.image.height) = (width, height);
     }
-    Ok(file.build(path, &mut |path| load(path).map_err(|error| format!("{error:#}").into()))?)
+    let filter = chosen_filter(args, &file.curvature);
+    let mut load = |path: &Path| {
+        load_mesh(path, args, content, filter, console).map_err(|error| format!("{error:#}").into())
+    };
+    let scene = file.build(path, &mut load)?;
+    Ok(Scene { filter: filter.0, ..scene })
 }
 
-fn load_mesh(path: &Path, args: &RenderArgs, content: &Content, console: &Console) -> Result<LoadedMesh> {
+/// The filter and how far it looks: the arguments come before the scene file.
+fn chosen_filter(args: &RenderArgs, section: &CurvatureSection) -> (FilterKind, Option<WalkLength>) {
+    (args.filter.map_or(section.filter, FilterKind::from), args.length.walk().or(section.walk()))
+}
+
+fn load_mesh(
+    path: &Path,
+    args: &RenderArgs,
+    content: &Content,
+    (kind, walk): (FilterKind, Option<WalkLength>),
+    console: &Console,
+) -> Result<LoadedMesh> {
+    let no_table = || {
+        let shown = path.display();
+        anyhow!("{shown}: holds no baked filter; bake it with --filter-azimuths, or choose another --filter")
+    };
     let options = args.estimate.options(&BakeOptions::default())?;
     let (mesh, curvature) = match input::read(path, console)? {
         Input::Baked(_) if args.estimate.is_given() => {
@@ -231,8 +261,13 @@ fn load_mesh(path: &Path, args: &RenderArgs, content: &Content, console: &Consol
             )
         }
         Input::Baked(baked) => {
+            let field = if content.needs_filter() {
+                Some(OwnedField::of_baked(&baked, kind, walk).ok_or_else(no_table)?.shared())
+            } else {
+                None
+            };
             let (mesh, curvature) = baked.into_parts();
-            (mesh, Some(curvature))
+            return Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: Some(Arc::from(curvature)), field });
         }
         Input::Raw(mesh) if !content.needs_curvature() => (mesh, None),
         Input::Raw(mesh) => {
@@ -247,10 +282,8 @@ fn load_mesh(path: &Path, args: &RenderArgs, content: &Content, console: &Consol
     };
     let field = match &curvature {
         Some(curvature) if content.needs_filter() => {
-            /// Share of the diagonal: about the depth of a coarse microstructure on it.
-            const SHARE: f64 = 0.02;
-            let length = args.filter_length.unwrap_or(SHARE * mesh.bbox_diagonal());
-            Some(OwnedField::shared(&mesh, curvature, length))
+            let filter = Filter::of_kind(kind).ok_or_else(no_table)?;
+            Some(OwnedField::of_mesh(&mesh, options.weld, curvature, filter, walk).shared())
         }
         _ => None,
     };

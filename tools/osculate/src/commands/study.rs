@@ -10,6 +10,7 @@ use osculate_geom::{Mesh, write_atomically};
 use serde::Serialize;
 
 use super::demo::SPOT;
+use super::study_filter::{self, FilterArgs};
 use crate::cli::Outcome;
 use crate::console::{Console, count};
 use crate::input;
@@ -29,6 +30,7 @@ pub struct StudyArgs {
 #[derive(Debug, Subcommand)]
 enum Study {
     Curvature(CurvatureArgs),
+    Filter(FilterArgs),
 }
 
 /// Every estimator, knob and noise level on surfaces of known curvature, beside other programs if they are here.
@@ -107,6 +109,7 @@ struct Report<'a> {
 pub fn run(args: &StudyArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
     match &args.study {
         Study::Curvature(args) => run_curvature(args, console, reporter),
+        Study::Filter(args) => study_filter::run(args, console, reporter),
     }
 }
 

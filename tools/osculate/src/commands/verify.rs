@@ -147,7 +147,7 @@ pub fn run(args: &VerifyArgs, console: &Console, reporter: &Reporter) -> Result<
                 "{shown}: is baked already, so --method and its like have no effect; leave them out, or name the source mesh"
             )
         }
-        Input::Baked(baked) => (baked, false),
+        Input::Baked(baked) => (*baked, false),
         Input::Raw(mesh) => {
             let defaults = defaults(setting.as_deref(), reference.as_ref().map(|(_, file)| file));
             let options = args.estimate.options(&defaults)?;

@@ -3,11 +3,13 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `curvature` | `study curvature` |
+//! | `filter` | `study filter` |
 //! | `plot` | a plot with linear or logarithmic axes as SVG |
 //! | `axis` | its axes and their ticks |
 //! | `page` | text, tables and plots as one self-contained HTML page |
 
 pub mod axis;
 pub mod curvature;
+pub mod filter;
 pub mod page;
 pub mod plot;

@@ -1,11 +1,12 @@
 //! Reading PLY that [`write_ply`](super::write_ply) wrote.
 
 use super::super::error::ReadError;
-use super::super::float::FileFloat;
-use super::super::glb_read::provenance_from_json;
+use super::super::filter_rows::FilterRows;
+use super::super::float::{FileFloat, nearest_f32};
+use super::super::glb_read::{azimuths, check_filter, provenance_from_json};
 use super::super::rows::{BadRow, CurvatureRow, SecondDirection, curvature_from_row, widen};
 use super::super::{BakedMesh, Provenance};
-use super::{COMMENT, CURVATURE, STATUS, uv_names};
+use super::{COMMENT, CURVATURE, FILTER_BOUND, STATUS, filter_name, uv_names};
 use crate::Mesh;
 use crate::curvature::VertexCurvature;
 
@@ -78,6 +79,14 @@ fn read_as<F: PlyFloat>(
         .map(|[s, t]| Ok([offset(&s, F::WIDTH)?, offset(&t, F::WIDTH)?]))
         .collect::<Result<Vec<_>, ReadError>>()?;
 
+    let azimuths = azimuths(&header.provenance)?;
+    let mut filter_columns =
+        (0..azimuths).map(|k| offset(&filter_name(k), F::WIDTH)).collect::<Result<Vec<_>, ReadError>>()?;
+    if azimuths > 0 {
+        filter_columns.push(offset(FILTER_BOUND, F::WIDTH)?);
+    }
+    let (mut lowering, mut bound) = (Vec::new(), Vec::new());
+
     let (mut positions, mut normals, mut curvature) = (Vec::new(), Vec::new(), Vec::new());
     let mut uv_sets = vec![Vec::new(); uv_columns.len()];
     for (vertex, row) in bytes.chunks_exact(stride.max(1)).enumerate() {
@@ -88,6 +97,13 @@ fn read_as<F: PlyFloat>(
             curvature_at::<F>(row, &curvature_columns, row[status])
                 .map_err(|bad| ReadError::invalid(format!("vertex {vertex}: {bad}")))?,
         );
+        let values: Vec<f32> =
+            filter_columns.iter().map(|&at| narrow_filter(F::get(row, at).widen())).collect();
+        check_filter(vertex, values.iter().copied())?;
+        if let [values @ .., last] = &values[..] {
+            lowering.extend_from_slice(values);
+            bound.push(*last);
+        }
         for (set, columns) in uv_sets.iter_mut().zip(&uv_columns) {
             set.push(columns.map(|at| F::get(row, at).widen()));
         }
@@ -96,7 +112,20 @@ fn read_as<F: PlyFloat>(
     for set in uv_sets {
         mesh = mesh.with_uv_set(set)?;
     }
-    Ok(BakedMesh::new(mesh, curvature, header.provenance.clone()))
+    let baked = BakedMesh::new(mesh, curvature, header.provenance.clone());
+    Ok(match header.provenance.filter.zip(FilterRows::new(azimuths, lowering, bound)) {
+        Some((record, rows)) => baked.with_filter(rows, record),
+        None => baked,
+    })
+}
+
+/// The filter's values are 32-bit floats whatever the file's width; what is not finite stays so.
+fn narrow_filter(x: f64) -> f32 {
+    match (x.is_nan(), x.is_infinite()) {
+        (true, _) => f32::NAN,
+        (_, true) => f32::INFINITY,
+        _ => nearest_f32(x),
+    }
 }
 
 fn curvature_at<F: PlyFloat>(row: &[u8], at: &[usize], status: u8) -> Result<VertexCurvature, BadRow> {

@@ -8,7 +8,7 @@ use super::super::error::WriteError;
 use super::super::float::FileFloat;
 use super::super::rows::{Rows, narrow_rows};
 use super::super::{BakedMesh, Provenance};
-use super::{COMMENT, CURVATURE, STATUS, uv_names};
+use super::{COMMENT, CURVATURE, FILTER_BOUND, STATUS, filter_name, uv_names};
 use crate::write_atomically;
 
 /// Width of the floats in a `.ply`.
@@ -61,6 +61,11 @@ fn write_as<F: FileFloat>(path: &Path, baked: &BakedMesh, type_name: &str) -> Re
             put(&c.d1);
             put(&c.d2);
             put(&[c.error]);
+            if let Some(filter) = baked.filter() {
+                let n = filter.azimuths();
+                let values = filter.lowering()[vertex * n..][..n].iter().chain([&filter.bound()[vertex]]);
+                values.for_each(|&x| put(&[F::narrow(x.into()).expect("f32 fits into both floats")]));
+            }
             row.push(c.status);
             w.write_all(&row)?;
         }
@@ -82,7 +87,10 @@ fn header(baked: &BakedMesh, type_name: &str) -> Result<String, WriteError> {
         let _ = writeln!(text, "comment {COMMENT} {piece}");
     }
     let _ = writeln!(text, "element vertex {}", mesh.positions().len());
-    for name in names.chain(CURVATURE) {
+    let mut filter: Vec<String> =
+        baked.filter().map_or_else(Vec::new, |filter| (0..filter.azimuths()).map(filter_name).collect());
+    filter.extend(baked.filter().map(|_| FILTER_BOUND.to_owned()));
+    for name in names.chain(CURVATURE).chain(filter.iter().map(String::as_str)) {
         let _ = writeln!(text, "property {type_name} {name}");
     }
     let _ = writeln!(text, "property uchar {STATUS}");

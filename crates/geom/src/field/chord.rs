@@ -1,0 +1,432 @@
+//! The chord query: the circle that shares entry angle and exit distance with the ray, and the mean UV rate along it.
+//!
+//! The curvature along the ray says how the surface bends where the ray enters. What a ray near the silhouette meets depends
+//! on how far it travels inside: on its chord. With the entry cosine `c` and the exit at distance `t`, the circle with the
+//! same entry angle and the same chord has the curvature `2 c / t`. One walk along the section by the ray's plane finds it.
+//!
+//! The mesh's triangles lie below the surface that they stand for by up to `kappa h^2 / 8` for edges of length `h`, which would
+//! spoil every chord that is not much longer than an edge. So the section is lifted onto the quadratic patch over each
+//! triangle: a point with the barycentric weights `b` lies `1/2 sum b_i b_j K_ij` above the triangle, where `K_ij` is the
+//! second fundamental form along the edge `ij`, the mean of the two corners'. That is exact where the surface is quadratic,
+//! and continuous over edges. Its slope still jumps there, by an angle of second order, which is much for a chord that is
+//! shorter than an edge. So up to the length of the first triangle's longest side the section is the curve that has the
+//! interpolated curvature at every point, from three times that length on it is the lifted one, and in between a blend: the
+//! first has no jumps, and the second does not drift. The ray's elevation is taken against the lifted section's own tangent, so that very short
+//! chords have the limit that they must have, the curvature along the section.
+
+use super::section::{Crossing, Piece, SectionWalk, Stop};
+use super::start::{Start, StartSection};
+use super::surface_field::{CurvatureField, SurfacePoint};
+use super::walk_length::WalkLength;
+use crate::Vec3;
+
+/// What a chord query found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chord {
+    /// Curvature of the circle that touches the section where the ray enters and passes through its end, 1/length. The end
+    /// is where the ray comes out, or else the last point of the walk.
+    pub kappa: f64,
+    /// Distance along the ray from entry to exit, world units; `None` if it does not come out within reach.
+    pub t_exit: Option<f64>,
+    /// Mean UV displacement per world unit of arc, the way the ray travels: up to the foot point below the chord's middle, or
+    /// to the end of the walk without an exit. `None` without UVs.
+    pub uv_rate: Option<[f64; 2]>,
+    /// Arc length walked.
+    pub length: f64,
+    /// Triangles entered after the first.
+    pub crossings: u32,
+    /// Why the walk ended: [`Stop::Exit`] where the ray came out.
+    pub stop: Stop,
+}
+
+/// Where the walk ends if the ray does not come out.
+#[derive(Debug, Clone, Copy)]
+enum Reach {
+    Arc(f64),
+    /// Depth of the material, and how far along the ray to look at most.
+    Depth(f64, f64),
+}
+
+pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLength) -> Chord {
+    let stay = Chord {
+        kappa: start.along,
+        t_exit: None,
+        uv_rate: None,
+        length: 0.0,
+        crossings: 0,
+        stop: Stop::NormalIncidence,
+    };
+    let Some(at) = &start.section else { return stay };
+    let Some(mut walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay };
+    let reach = match length {
+        WalkLength::Fixed(length) => Reach::Arc(length),
+        WalkLength::Shell { depth } | WalkLength::ShellAt { depth, .. } => {
+            Reach::Depth(depth, field.diagonal())
+        }
+    };
+    let mut query = Query::new(field, start, at, walk.piece(), reach);
+    loop {
+        if let Some(end) = query.add(walk.piece()) {
+            return query.finish(end, walk.crossings());
+        }
+        if let Err(stop) = walk.advance() {
+            return query.finish(End { stop, ..query.last_end() }, walk.crossings());
+        }
+    }
+}
+
+/// A point of the lifted section in the plane of ray and normal.
+#[derive(Debug, Clone, Copy)]
+struct Planar {
+    /// Distance along the ray of the point's foot on it.
+    t: f64,
+    /// Height above the ray.
+    above: f64,
+    /// The surface normal, as far as it lies in the plane, along the ray and across it.
+    normal: [f64; 2],
+    /// Curvature of the section as a plane curve.
+    kappa: f64,
+}
+
+/// The curve that has the interpolated curvature, in the frame of tangent and normal at the entry.
+#[derive(Debug, Clone, Copy, Default)]
+struct Integrated {
+    /// Of the tangent against that at the entry.
+    angle: f64,
+    x: f64,
+    z: f64,
+}
+
+impl Integrated {
+    /// Goes on over a chord of a curve whose curvature changes linearly: its direction is the mean of the tangent's.
+    fn add(&mut self, chord: f64, from: f64, to: f64) {
+        let (sin, cos) = (self.angle - (2.0 * from + to) / 6.0 * chord).sin_cos();
+        self.x += chord * cos;
+        self.z += chord * sin;
+        self.angle -= 0.5 * (from + to) * chord;
+    }
+}
+
+/// How the walk got to a point.
+#[derive(Debug, Clone, Copy, Default)]
+struct Passed {
+    t: f64,
+    arc: f64,
+    uv: [f64; 2],
+}
+
+/// Where and why the walk ended.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    stop: Stop,
+    /// On the first piece the curvature is known without the end point, whose quotient would be 0 / 0 for short chords.
+    kappa: Option<f64>,
+    at: Passed,
+    above: f64,
+}
+
+struct Query<'a, 'f> {
+    field: &'a CurvatureField<'f>,
+    plane_normal: Vec3,
+    origin: Vec3,
+    /// Unit vectors along the ray and across it, away from the material.
+    ray: Vec3,
+    across: Vec3,
+    cosine: f64,
+    sine: f64,
+    reach: Reach,
+    start_kappa: f64,
+    /// The first triangle's longest side.
+    side: f64,
+    integrated: Integrated,
+    /// The end of the last piece on the lifted section, without the blend.
+    lifted: [f64; 2],
+    last: Planar,
+    passed: Vec<Passed>,
+}
+
+impl<'a, 'f> Query<'a, 'f> {
+    fn new(
+        field: &'a CurvatureField<'f>,
+        start: &Start,
+        at: &StartSection,
+        piece: &Piece,
+        reach: Reach,
+    ) -> Self {
+        let n = start.normal;
+        let tangent = lifted_tangent(field, n, piece).unwrap_or(at.forward);
+        // The plane normal is `n x forward`, so crossing it with the tangent gives the outward side.
+        let up = tangent.cross(&at.plane.normal);
+        let (cosine, sine) = (start.cosine, (1.0 - start.cosine * start.cosine).max(0.0).sqrt());
+        let (ray, across) = (tangent * sine - up * cosine, tangent * cosine + up * sine);
+        Self {
+            field,
+            plane_normal: at.plane.normal,
+            origin: at.plane.origin + n * lift(field, piece.from),
+            ray,
+            across,
+            cosine,
+            sine,
+            reach,
+            start_kappa: at.kappa,
+            side: longest_side(field, piece.from.triangle),
+            integrated: Integrated::default(),
+            lifted: [0.0; 2],
+            last: Planar { t: 0.0, above: 0.0, normal: [n.dot(&ray), n.dot(&across)], kappa: at.kappa },
+            passed: vec![Passed::default()],
+        }
+    }
+
+    /// Goes over a piece; where the walk ends if it ends there.
+    fn add(&mut self, piece: &Piece) -> Option<End> {
+        let is_first = self.passed.len() == 1;
+        let (from, mut to) = (self.last, self.planar(&piece.exit));
+        let before = *self.passed.last().expect("holds the start");
+        let span = (to.t - self.lifted[0]).hypot(to.above - self.lifted[1]);
+        self.lifted = [to.t, to.above];
+        self.integrated.add(span, from.kappa, to.kappa);
+        [to.t, to.above] = self.blend(to, before.arc + span);
+        let uv = uv_step(self.field, piece).unwrap_or_default();
+        let after =
+            Passed { t: to.t, arc: before.arc + span, uv: [before.uv[0] + uv[0], before.uv[1] + uv[1]] };
+        self.last = to;
+        self.passed.push(after);
+        let curve = Curve { from, to, span };
+        let between = |share: f64, stop| {
+            let [t, above] = curve.at(share);
+            let mix = |a: f64, b: f64| a + share * (b - a);
+            let uv = [mix(before.uv[0], after.uv[0]), mix(before.uv[1], after.uv[1])];
+            let at = Passed { t, arc: mix(before.arc, after.arc), uv };
+            // The end of an arc of linearly changing curvature lies as if it were all that at a third of the way.
+            let kappa = is_first.then_some(from.kappa + (to.kappa - from.kappa) * share / 3.0);
+            End { stop, kappa, at, above }
+        };
+        let exit = if is_first { self.first_exit(&curve) } else { curve.exit() };
+        let stop = match self.reach {
+            Reach::Arc(length) if after.arc >= length => {
+                let share = if span > 0.0 { ((length - before.arc) / span).clamp(0.0, 1.0) } else { 0.0 };
+                Some((share, Stop::Length))
+            }
+            Reach::Depth(depth, most) => self.below(&curve, depth, most),
+            Reach::Arc(_) => None,
+        };
+        match (exit, stop) {
+            (Some(exit), Some((share, stop))) if share < exit => Some(between(share, stop)),
+            (Some(exit), _) => Some(between(exit, Stop::Exit)),
+            (None, Some((share, stop))) => Some(between(share, stop)),
+            (None, None) => None,
+        }
+    }
+
+    /// Between the integrated and the lifted curve, by how far the walk has come against the size of a triangle.
+    fn blend(&self, lifted: Planar, arc: f64) -> [f64; 2] {
+        let Integrated { x, z, .. } = self.integrated;
+        let smooth = [self.sine * x - self.cosine * z, self.cosine * x + self.sine * z];
+        let share = if self.side > 0.0 { (0.5 * (arc / self.side - 1.0)).clamp(0.0, 1.0) } else { 1.0 };
+        let weight = share * share * (3.0 - 2.0 * share);
+        let mix = |a: f64, b: f64| if weight == 0.0 { a } else { a + weight * (b - a) };
+        [mix(smooth[0], lifted.t), mix(smooth[1], lifted.above)]
+    }
+
+    /// Share of the first piece at which the ray comes out: on the circle that the section has there, because the height
+    /// above the ray is a difference of two small numbers.
+    fn first_exit(&self, curve: &Curve) -> Option<f64> {
+        let kappa = curve.from.kappa + (curve.to.kappa - curve.from.kappa) / 3.0;
+        let arc = 2.0 * self.cosine.asin() / kappa;
+        if kappa > 0.0 && arc <= curve.span {
+            return Some(if curve.span > 0.0 { arc / curve.span } else { 0.0 });
+        }
+        (curve.to.above < 0.0 && kappa > 0.0).then_some(1.0)
+    }
+
+    /// Share of a piece at which the ray is below the material, measured along the surface normal, or beyond all reach.
+    fn below(&self, curve: &Curve, depth: f64, most: f64) -> Option<(f64, Stop)> {
+        /// Where the surface turns its side to the ray, the foot of the normal on the ray runs away. A steep ray is followed a
+        /// fifth of the depth too far for it.
+        const LEAST_FACING: f64 = 0.2;
+        let depth_at = |p: &Planar| p.above / p.normal[1].max(LEAST_FACING);
+        let (from, to) = (depth_at(&curve.from), depth_at(&curve.to));
+        if to >= depth {
+            let share = if to > from { (depth - from) / (to - from) } else { 1.0 };
+            return Some((share.clamp(0.0, 1.0), Stop::Below));
+        }
+        (curve.to.t >= most).then_some((1.0, Stop::Length))
+    }
+
+    fn planar(&self, crossing: &Crossing) -> Planar {
+        let normal = self.field.normal(crossing.point).try_normalize(0.0).unwrap_or(self.across);
+        let in_plane = normal - self.plane_normal * self.plane_normal.dot(&normal);
+        // A section that grazes the surface runs along it: the lift's way to the patch within the plane has no limit there.
+        let lift = lift(self.field, crossing.point) / in_plane.norm_squared().max(LEAST_SLOPE);
+        let p = crossing.position + in_plane * lift - self.origin;
+        // Meusnier: a section that cuts the surface askew is bent more than the surface.
+        let kappa = self
+            .field
+            .kappa_of_section(crossing.point, &self.plane_normal)
+            .map_or(self.last.kappa, |kappa| kappa / in_plane.norm().max(LEAST_SLOPE.sqrt()));
+        let unit = in_plane.try_normalize(0.0).unwrap_or(self.across);
+        Planar {
+            t: self.ray.dot(&p),
+            above: self.across.dot(&p),
+            normal: [self.ray.dot(&unit), self.across.dot(&unit)],
+            kappa,
+        }
+    }
+
+    /// The end of the last piece.
+    fn last_end(&self) -> End {
+        let at = *self.passed.last().expect("holds the start");
+        let first = self.start_kappa + (self.last.kappa - self.start_kappa) / 3.0;
+        End {
+            stop: Stop::Length,
+            kappa: (self.passed.len() == 2).then_some(first),
+            at,
+            above: self.last.above,
+        }
+    }
+
+    fn finish(&self, end: End, crossings: u32) -> Chord {
+        let (c, s) = (self.cosine, self.sine);
+        let t = end.at.t;
+        let is_exit = end.stop == Stop::Exit;
+        // In the frame of tangent and normal the end is at (s t + c above, s above - c t).
+        let (x, z) = (s * t + c * end.above, s * end.above - c * t);
+        let squared = x * x + z * z;
+        let through_end = if is_exit { 2.0 * c / t } else { -2.0 * z / squared };
+        let kappa = end.kappa.unwrap_or(through_end);
+        let kappa = if kappa.is_finite() { kappa } else { self.last.kappa };
+        let t_exit = is_exit.then(|| if end.kappa.is_some() && kappa > 0.0 { 2.0 * c / kappa } else { t });
+        let uv_rate = self.field.corner_uvs(0).and_then(|_| {
+            let (uv, arc) = match t_exit {
+                // The arc over half of the chord: its angle is the entry's elevation.
+                Some(t) if end.kappa.is_none() => {
+                    (self.foot(0.5 * t), 0.5 * t * if c > 0.0 { c.asin() / c } else { 1.0 })
+                }
+                // Within one triangle the rate is the same all the way.
+                Some(_) => (self.passed[1].uv, self.passed[1].arc),
+                None => (end.at.uv, arc_over(x, z)),
+            };
+            let rate = uv.map(|d| d / arc);
+            rate.iter().all(|d| d.is_finite()).then_some(rate)
+        });
+        Chord { kappa, t_exit, uv_rate, length: end.at.arc, crossings, stop: end.stop }
+    }
+
+    /// UV displacement up to the first point of the section whose foot on the ray is at distance `t`.
+    fn foot(&self, t: f64) -> [f64; 2] {
+        let next = self.passed.iter().position(|p| p.t >= t).unwrap_or(self.passed.len() - 1).max(1);
+        let (from, to) = (self.passed[next - 1], self.passed[next]);
+        let share = ((t - from.t) / (to.t - from.t)).clamp(0.0, 1.0);
+        let share = if share.is_nan() { 1.0 } else { share };
+        [0, 1].map(|k| from.uv[k] + share * (to.uv[k] - from.uv[k]))
+    }
+}
+
+/// Squared sine between section plane and surface below which the lift is not followed further.
+const LEAST_SLOPE: f64 = 0.05;
+
+/// Arc length from the origin to `(x, z)` on the circle that touches the x axis there.
+fn arc_over(x: f64, z: f64) -> f64 {
+    let (chord, angle) = (x.hypot(z), (-z).atan2(x));
+    if angle == 0.0 { chord } else { chord * angle / angle.sin() }
+}
+
+/// A piece of the section between two lifted points, bent by their mean curvature.
+struct Curve {
+    from: Planar,
+    to: Planar,
+    span: f64,
+}
+
+impl Curve {
+    /// Half the second difference: how far the middle's tangent offset bends away, along ray and across it.
+    fn bulge(&self) -> [f64; 2] {
+        let bend = 0.25 * (self.from.kappa + self.to.kappa) * self.span * self.span;
+        // Across the chord, which has the direction half way between the tangents at its ends.
+        let normal = [0, 1].map(|k| self.from.normal[k] + self.to.normal[k]);
+        let length = normal[0].hypot(normal[1]);
+        if length > 0.0 { normal.map(|x| bend * x / length) } else { [0.0; 2] }
+    }
+
+    /// Distance along the ray and height above it at a share of the piece.
+    fn at(&self, share: f64) -> [f64; 2] {
+        let [bulge_t, bulge_above] = self.bulge();
+        let bent = share * (1.0 - share);
+        [
+            self.from.t + share * (self.to.t - self.from.t) + bent * bulge_t,
+            self.from.above + share * (self.to.above - self.from.above) + bent * bulge_above,
+        ]
+    }
+
+    /// Share at which the section comes down to the ray, ahead of the entry. Only its two ends are looked at: what dips
+    /// below the ray and back within one triangle is below the mesh's resolution.
+    fn exit(&self) -> Option<f64> {
+        let (h0, h1) = (self.from.above, self.to.above);
+        if h1 > 0.0 || self.to.t <= 0.0 {
+            return None;
+        }
+        // h0 + share (h1 - h0 + bulge) - share^2 bulge = 0 with a root in [0, 1], by the form without cancellation.
+        let bulge = self.bulge()[1];
+        let (a, b) = (-bulge, h1 - h0 + bulge);
+        let q = -0.5 * (b + b.signum() * (b * b - 4.0 * a * h0).max(0.0).sqrt());
+        let roots = [h0 / q, q / a];
+        let inside = roots.into_iter().find(|root| (0.0..=1.0).contains(root));
+        Some(inside.unwrap_or_else(|| if h0 > h1 { (h0 / (h0 - h1)).clamp(0.0, 1.0) } else { 1.0 }))
+    }
+}
+
+/// Height of the quadratic patch above the triangle.
+fn lift(field: &CurvatureField<'_>, point: SurfacePoint) -> f64 {
+    let b = point.barycentric;
+    let side = |k: usize| {
+        let weight = b[k] * b[(k + 1) % 3];
+        if weight == 0.0 { 0.0 } else { weight * bend(field, point.triangle, k) }
+    };
+    0.5 * (side(0) + side(1) + side(2))
+}
+
+/// The second fundamental form along a side of a triangle: the mean of those corners that have an estimate.
+fn bend(field: &CurvatureField<'_>, triangle: usize, side: usize) -> f64 {
+    let corners = field.surface().triangles()[triangle];
+    let (a, b) = (corners[side], corners[(side + 1) % 3]);
+    let positions = field.surface().positions();
+    let edge = positions[b as usize] - positions[a as usize];
+    let (mut sum, mut count) = (0.0, 0.0);
+    for principal in [a, b].into_iter().filter_map(|v| field.principal(v)) {
+        let (x1, x2) = (principal.d1.dot(&edge), principal.d2.dot(&edge));
+        sum += principal.kappa_max * x1 * x1 + principal.kappa_min * x2 * x2;
+        count += 1.0;
+    }
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// The lifted section's unit tangent at the start; `None` where the first piece is too short to have a direction.
+fn lifted_tangent(field: &CurvatureField<'_>, normal: Vec3, piece: &Piece) -> Option<Vec3> {
+    /// Relative to the triangle's longest side. The direction of a shorter piece carries the rounding of its ends.
+    const SHORTEST: f64 = 1e-6;
+    let along = piece.exit.position - piece.from_position;
+    if along.norm() <= SHORTEST * longest_side(field, piece.from.triangle) {
+        return None;
+    }
+    let (from, to) = (piece.from.barycentric, piece.exit.point.barycentric);
+    let rise: f64 = (0..3)
+        .map(|i| {
+            let j = (i + 1) % 3;
+            let change = (to[i] - from[i]) * from[j] + from[i] * (to[j] - from[j]);
+            0.5 * change * bend(field, piece.from.triangle, i)
+        })
+        .sum();
+    (along + normal * rise).try_normalize(0.0)
+}
+
+fn longest_side(field: &CurvatureField<'_>, triangle: usize) -> f64 {
+    let [a, b, c] = field.surface().corners(triangle);
+    (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared()).sqrt()
+}
+
+/// UV displacement over a piece, with the UVs that its own triangle has at its corners.
+fn uv_step(field: &CurvatureField<'_>, piece: &Piece) -> Option<[f64; 2]> {
+    let uvs = field.corner_uvs(piece.from.triangle)?;
+    let (from, to) = (piece.from.barycentric, piece.exit.point.barycentric);
+    Some([0, 1].map(|axis| (0..3).map(|k| (to[k] - from[k]) * uvs[k][axis]).sum()))
+}

@@ -1,0 +1,174 @@
+//! [`Filter`]: one interface to everything that turns a ray at a surface point into the curvature a material is asked with.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::baked::BakedMinimum;
+use super::chord::chord;
+use super::march::minimum_past;
+use super::section::Stop;
+use super::skip::SkipBounds;
+use super::start::Start;
+use super::surface_field::{CurvatureField, SurfacePoint};
+use super::walk_length::WalkLength;
+use crate::Vec3;
+
+/// A ray that meets the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilterQuery {
+    /// Where.
+    pub point: SurfacePoint,
+    /// From the point to the viewer; any length but zero.
+    pub w: Vec3,
+    /// How far to look past the point. A table has its own rule and does not look at this.
+    pub length: WalkLength,
+}
+
+/// What a filter makes of a ray. No number in it is NaN.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilterAnswer {
+    /// The curvature to ask the material with, 1/length.
+    pub kappa: f64,
+    /// Arc length walked, world units.
+    pub length: f64,
+    /// Triangles entered after the first.
+    pub crossings: u32,
+    /// Why the walk ended.
+    pub stop: Stop,
+    /// [`Filter::Chord`] only: distance along the ray from entry to exit, where it comes out within reach.
+    pub t_exit: Option<f64>,
+    /// [`Filter::Chord`] only: mean UV displacement per world unit on the way, where the field has UVs.
+    pub uv_rate: Option<[f64; 2]>,
+}
+
+/// Names of the filters, for files and arguments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterKind {
+    /// [`Filter::Point`].
+    Point,
+    /// [`Filter::March`].
+    #[default]
+    March,
+    /// [`Filter::Baked`].
+    Baked,
+    /// [`Filter::Chord`].
+    Chord,
+}
+
+impl FilterKind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Point, Self::March, Self::Baked, Self::Chord];
+
+    /// As it is written in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::March => "march",
+            Self::Baked => "baked",
+            Self::Chord => "chord",
+        }
+    }
+}
+
+/// How the curvature along a ray is made of the field.
+#[derive(Debug, Clone)]
+pub enum Filter {
+    /// The curvature along the ray at the point (Kuznetsov et al. 2022, Sec. 4.2).
+    Point,
+    /// The minimum on the section past the point (ibid., Fig. 2 b), by an exact walk.
+    March,
+    /// As [`March`](Self::March), without the walk wherever a bound says that it changes the result by at most `tolerance`.
+    MarchWithin {
+        /// Where.
+        bounds: Arc<SkipBounds>,
+        /// Largest error, 1/length; the result is never below the exact one.
+        tolerance: f64,
+    },
+    /// The minimum from a table.
+    Baked(Arc<BakedMinimum>),
+    /// The circle that shares entry angle and exit distance with the ray, see [`Chord`](super::Chord).
+    Chord,
+}
+
+impl Filter {
+    /// Which one it is.
+    #[must_use]
+    pub fn kind(&self) -> FilterKind {
+        match self {
+            Self::Point => FilterKind::Point,
+            Self::March | Self::MarchWithin { .. } => FilterKind::March,
+            Self::Baked(_) => FilterKind::Baked,
+            Self::Chord => FilterKind::Chord,
+        }
+    }
+
+    /// The filter of this kind that needs nothing but the field; `None` for [`FilterKind::Baked`], which needs a table.
+    #[must_use]
+    pub fn of_kind(kind: FilterKind) -> Option<Self> {
+        match kind {
+            FilterKind::Point => Some(Self::Point),
+            FilterKind::March => Some(Self::March),
+            FilterKind::Baked => None,
+            FilterKind::Chord => Some(Self::Chord),
+        }
+    }
+
+    /// Asks for the curvature of a ray. `None` where no corner of the triangle has an estimate, and for a `w` without
+    /// direction.
+    ///
+    /// At exactly normal incidence there is no section and every filter returns the mean curvature at the point. From the
+    /// horizon and below it (`w . n <= 0`) the ray is taken to graze: on a convex surface it leaves at once. Every walk ends
+    /// after at most [`MAX_CROSSINGS`](super::MAX_CROSSINGS) triangles.
+    ///
+    /// # Panics
+    ///
+    /// If the triangle is out of range, or a table or bounds belong to another surface.
+    #[must_use]
+    pub fn ask(&self, field: &CurvatureField<'_>, query: &FilterQuery) -> Option<FilterAnswer> {
+        let still = |kappa, stop| FilterAnswer {
+            kappa,
+            length: 0.0,
+            crossings: 0,
+            stop,
+            t_exit: None,
+            uv_rate: None,
+        };
+        if let Self::Point = self {
+            let w = query.w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
+            return Some(still(field.kappa_along(query.point, w)?, Stop::NoWalk));
+        }
+        let start = Start::new(field, query.point, query.w)?;
+        if let Self::Baked(table) = self {
+            return Some(still(table.kappa(field, &start), Stop::NoWalk));
+        }
+        if let Self::Chord = self {
+            let found = chord(field, &start, query.length);
+            return Some(FilterAnswer {
+                kappa: found.kappa,
+                length: found.length,
+                crossings: found.crossings,
+                stop: found.stop,
+                t_exit: found.t_exit,
+                uv_rate: found.uv_rate,
+            });
+        }
+        let length = query.length.resolve(start.along, start.cosine, field.diagonal());
+        if let Self::MarchWithin { bounds, tolerance } = self
+            && bounds.allows_skip(query.point.triangle, length, *tolerance)
+        {
+            return Some(still(start.kappa(), Stop::Skipped));
+        }
+        let march = minimum_past(field, &start, length);
+        Some(FilterAnswer {
+            kappa: march.kappa,
+            length: march.length,
+            crossings: march.crossings,
+            stop: march.stop,
+            t_exit: None,
+            uv_rate: None,
+        })
+    }
+}

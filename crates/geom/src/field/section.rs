@@ -1,0 +1,197 @@
+//! The curve in which a plane cuts the surface, followed from triangle to triangle.
+//!
+//! Every decision is taken on the sides of the section plane that the corners lie on, where a corner in the plane
+//! counts as above it. A triangle then has either no crossed side or exactly two, whatever rounding does, so the walk
+//! never meets a special case at a vertex or along an edge and never turns back.
+
+use super::surface_field::{CurvatureField, SurfacePoint};
+use crate::Vec3;
+
+/// Why a walk ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The whole length was walked.
+    Length,
+    /// The ray came out of the surface again.
+    Exit,
+    /// The ray is below the material.
+    Below,
+    /// It met a boundary edge.
+    Boundary,
+    /// It met an edge with three or more triangles: no way on is more right than another.
+    NonManifold,
+    /// The direction has no tangential part (or the point no section): nothing was walked.
+    NormalIncidence,
+    /// It came back to where it started.
+    Closed,
+    /// It took [`MAX_CROSSINGS`] triangles and the length was not reached.
+    Budget,
+    /// A bound says that the walk cannot matter.
+    Skipped,
+    /// The filter answers without a walk.
+    NoWalk,
+}
+
+/// Bound on the triangles of one walk. A section of a mesh of a million triangles has about two thousand.
+pub const MAX_CROSSINGS: u32 = 1 << 14;
+
+/// A plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Section {
+    pub origin: Vec3,
+    /// Unit.
+    pub normal: Vec3,
+}
+
+/// Where a section crosses a side of a triangle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Crossing {
+    pub side: usize,
+    pub point: SurfacePoint,
+    pub position: Vec3,
+}
+
+/// The section's piece in one triangle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// In the same triangle as `exit.point`.
+    pub from: SurfacePoint,
+    pub from_position: Vec3,
+    pub exit: Crossing,
+}
+
+impl Piece {
+    /// Its length.
+    pub fn span(&self) -> f64 {
+        (self.exit.position - self.from_position).norm()
+    }
+}
+
+/// A walk along a section: one piece at a time.
+pub(super) struct SectionWalk<'a, 'f> {
+    field: &'a CurvatureField<'f>,
+    section: Section,
+    piece: Piece,
+    start_triangle: usize,
+    crossings: u32,
+    is_closed: bool,
+}
+
+impl<'a, 'f> SectionWalk<'a, 'f> {
+    /// Starts at a point of the section on the way `forward`; `None` if no triangle there is crossed.
+    pub fn new(
+        field: &'a CurvatureField<'f>,
+        section: Section,
+        start: SurfacePoint,
+        forward: Vec3,
+    ) -> Option<Self> {
+        let (from, exit) = leave_start(field, &section, start, forward)?;
+        let piece = Piece { from, from_position: section.origin, exit };
+        Some(Self { field, section, piece, start_triangle: from.triangle, crossings: 0, is_closed: false })
+    }
+
+    /// The piece that the walk is on.
+    pub fn piece(&self) -> &Piece {
+        &self.piece
+    }
+
+    /// Triangles entered after the first.
+    pub fn crossings(&self) -> u32 {
+        self.crossings
+    }
+
+    /// Goes to the next piece, or says why there is none.
+    pub fn advance(&mut self) -> Result<(), Stop> {
+        if self.is_closed {
+            return Err(Stop::Closed);
+        }
+        let exit = self.piece.exit;
+        let Some((next, entered)) = self.field.topology().across(exit.point.triangle, exit.side) else {
+            return Err(dead_end(self.field, &exit));
+        };
+        self.crossings += 1;
+        if self.crossings == MAX_CROSSINGS {
+            return Err(Stop::Budget);
+        }
+        let [one, two] = self.section.crossings(self.field, next).expect("entered through a crossed side");
+        let (entry, exit) = if one.side == entered { (one, two) } else { (two, one) };
+        self.piece = Piece { from: entry.point, from_position: entry.position, exit };
+        self.is_closed = next == self.start_triangle;
+        Ok(())
+    }
+}
+
+impl Section {
+    fn height(&self, p: Vec3) -> f64 {
+        self.normal.dot(&(p - self.origin))
+    }
+
+    /// The two crossed sides of a triangle, or `None` if all corners lie on one side.
+    fn crossings(&self, field: &CurvatureField<'_>, triangle: usize) -> Option<[Crossing; 2]> {
+        let corners = field.surface().corners(triangle);
+        let heights = corners.map(|p| self.height(p));
+        let above = heights.map(|h| h >= 0.0);
+        let crossing = |side: usize| {
+            let (a, b) = (side, (side + 1) % 3);
+            (above[a] != above[b]).then(|| {
+                // The heights differ in sign, so the share is in [0, 1] and the division is safe.
+                let share = heights[a] / (heights[a] - heights[b]);
+                let mut barycentric = [0.0; 3];
+                (barycentric[a], barycentric[b]) = (1.0 - share, share);
+                let point = SurfacePoint { triangle, barycentric };
+                Crossing { side, point, position: corners[a] + (corners[b] - corners[a]) * share }
+            })
+        };
+        let mut found = (0..3).filter_map(crossing);
+        Some([found.next()?, found.next()?])
+    }
+}
+
+/// The starting point as a point of the triangle in which the walk starts, and the exit from that on the way forward.
+///
+/// It is the point's own triangle, unless the point lies on a corner or an edge, up to rounding, and the way forward is
+/// in a neighbour.
+fn leave_start(
+    field: &CurvatureField<'_>,
+    section: &Section,
+    start: SurfacePoint,
+    forward: Vec3,
+) -> Option<(SurfacePoint, Crossing)> {
+    let along = |c: &Crossing| forward.dot(&(c.position - section.origin));
+    let behind_and_ahead =
+        |[one, two]: [Crossing; 2]| if along(&one) < along(&two) { (one, two) } else { (two, one) };
+    let own = section.crossings(field, start.triangle).map(|pair| behind_and_ahead(pair).1);
+    if let Some(exit) = own.filter(|exit| along(exit) > 0.0) {
+        return Some((start, exit));
+    }
+    let corner = (0..3).max_by(|&a, &b| start.barycentric[a].total_cmp(&start.barycentric[b]))?;
+    let vertex = field.surface().triangles()[start.triangle][corner];
+    let neighbours = fan(field, start.triangle, vertex).into_iter();
+    let exits = neighbours.filter_map(|t| section.crossings(field, t)).map(behind_and_ahead);
+    let best = exits.filter(|(_, exit)| along(exit) > 0.0).max_by(|a, b| along(&a.1).total_cmp(&along(&b.1)));
+    best.map(|(behind, exit)| (behind.point, exit)).or(own.map(|exit| (start, exit)))
+}
+
+/// Triangles around a vertex that are reached from one of them over shared edges.
+pub(super) fn fan(field: &CurvatureField<'_>, triangle: usize, vertex: u32) -> Vec<usize> {
+    let mut fan = vec![triangle];
+    let mut head = 0;
+    while let Some(&current) = fan.get(head) {
+        head += 1;
+        for side in 0..3 {
+            let Some((next, _)) = field.topology().across(current, side) else { continue };
+            if field.surface().triangles()[next].contains(&vertex) && !fan.contains(&next) {
+                fan.push(next);
+            }
+        }
+    }
+    fan
+}
+
+fn dead_end(field: &CurvatureField<'_>, exit: &Crossing) -> Stop {
+    if field.topology().is_boundary(exit.point.triangle, exit.side) {
+        Stop::Boundary
+    } else {
+        Stop::NonManifold
+    }
+}

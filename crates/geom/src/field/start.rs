@@ -1,0 +1,57 @@
+//! What every filter asks first: the ray's frame at its starting point, and the curvature there.
+
+use super::direction::NORMAL_INCIDENCE_SINE;
+use super::section::Section;
+use super::surface_field::{CurvatureField, SurfacePoint};
+use crate::Vec3;
+
+/// A ray at the point where it enters the surface.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Start {
+    pub point: SurfacePoint,
+    /// Unit normal of the fitted surface, interpolated; zero where the corners' normals cancel.
+    pub normal: Vec3,
+    /// Cosine between the direction to the viewer and the normal, 0 where it is below the horizon.
+    pub cosine: f64,
+    /// Curvature along the ray (Kuznetsov et al. 2022, eqs. 1 and 4).
+    pub along: f64,
+    /// The plane of ray and normal; `None` at normal incidence.
+    pub section: Option<StartSection>,
+}
+
+/// The plane in which the ray travels.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StartSection {
+    pub plane: Section,
+    /// Unit, tangential, the way the ray travels.
+    pub forward: Vec3,
+    /// Curvature of the section at the point.
+    pub kappa: f64,
+}
+
+impl Start {
+    /// `None` if no corner has an estimate, or `w` has no direction.
+    pub fn new(field: &CurvatureField<'_>, point: SurfacePoint, w: Vec3) -> Option<Self> {
+        let w = w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
+        let along = field.kappa_along(point, w)?;
+        let normal = field.normal(point).try_normalize(0.0).unwrap_or_default();
+        let cosine = normal.dot(&w).clamp(0.0, 1.0);
+        let tangential = normal * normal.dot(&w) - w;
+        // Far below the sine where the point's own curvature is blended, the azimuth of the plane carries no information.
+        let has_plane = normal != Vec3::zeros() && tangential.norm() >= NORMAL_INCIDENCE_SINE * 1e-6;
+        let section = has_plane.then(|| {
+            let forward = tangential.normalize();
+            let plane = Section { origin: field.position(point), normal: normal.cross(&forward).normalize() };
+            let kappa = field.kappa_of_section(point, &plane.normal).unwrap_or(along);
+            StartSection { plane, forward, kappa }
+        });
+        Some(Self { point, normal, cosine, along, section })
+    }
+
+    /// The curvature before any walk: the lesser of the curvature along the ray and that of the section.
+    ///
+    /// The two differ where the corners' normals do, because the first projects the ray at each corner.
+    pub fn kappa(&self) -> f64 {
+        self.section.map_or(self.along, |section| self.along.min(section.kappa))
+    }
+}
