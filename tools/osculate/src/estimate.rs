@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use osculate_geom::bake::{BakeOptions, Facing};
-use osculate_geom::curvature::{CurvatureOptions, Method, Neighbourhood};
+use osculate_geom::curvature::{CurvatureOptions, Features, Method, Neighbourhood};
 use osculate_geom::mesh::Weld;
 
 /// How curvature is estimated.
@@ -34,6 +34,9 @@ pub struct EstimateArgs {
     /// Fit the N nearest vertices that a walk over edges reaches
     #[arg(long, value_name = "N", group = "neighbourhood", value_parser = clap::value_parser!(u32).range(6..=100_000))]
     nearest: Option<u32>,
+    /// At sharp creases: let no fit reach across, or fit as if they were smooth [default: keep; libigl ignores them]
+    #[arg(long, value_enum)]
+    features: Option<FeaturesArg>,
     /// Which vertices to merge first: those of equal position, or none [default: exact]
     #[arg(long, value_enum)]
     weld: Option<WeldArg>,
@@ -48,6 +51,12 @@ enum MethodArg {
     Jet,
     Quadric,
     Libigl,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FeaturesArg {
+    Keep,
+    Ignore,
 }
 
 impl From<MethodArg> for Method {
@@ -97,6 +106,10 @@ impl EstimateArgs {
             neighbourhood: given.or(defaults.curvature.neighbourhood),
             degree: self.degree.unwrap_or(defaults.curvature.degree),
             tolerance: self.tolerance.unwrap_or(defaults.curvature.tolerance),
+            features: self.features.map_or(defaults.curvature.features, |features| match features {
+                FeaturesArg::Keep => Features::Keep,
+                FeaturesArg::Ignore => Features::Ignore,
+            }),
         };
         curvature.validate()?;
         Ok(BakeOptions {
@@ -112,10 +125,11 @@ impl EstimateArgs {
 
     /// Whether the user chose anything; a baked file leaves nothing to choose.
     pub fn is_given(&self) -> bool {
-        let Self { method, tolerance, degree, rings, radius, mean_edges, nearest, weld, flip } = self;
+        let Self { method, tolerance, degree, rings, radius, mean_edges, nearest, features, weld, flip } =
+            self;
         let estimator = method.is_some() || tolerance.is_some() || degree.is_some();
         let neighbourhood = rings.is_some() || radius.is_some() || mean_edges.is_some() || nearest.is_some();
-        estimator || neighbourhood || weld.is_some() || *flip
+        estimator || neighbourhood || features.is_some() || weld.is_some() || *flip
     }
 }
 

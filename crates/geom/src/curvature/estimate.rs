@@ -4,13 +4,14 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::creases::Cut;
 use super::libigl_normals::libigl_vertex_normals;
 use super::local_fit::Cloud;
 use super::moments::Points;
 use super::walker::Walker;
 use super::{
-    CurvatureOptions, Method, Neighbourhood, OptionsError, Status, VertexCurvature, auto, jet, libigl,
-    quadric,
+    CurvatureOptions, Features, Method, Neighbourhood, OptionsError, Status, VertexCurvature, auto, jet,
+    libigl, quadric,
 };
 use crate::Vec3;
 use crate::mesh::{
@@ -36,12 +37,29 @@ pub fn estimate(
     options: &CurvatureOptions,
 ) -> Result<Vec<VertexCurvature>, OptionsError> {
     options.validate()?;
-    let prepared = Prepared::new(surface, options);
+    let (positions, triangles) = (surface.positions(), surface.triangles());
+    let keep = options.features == Features::Keep && options.method != Method::Libigl;
+    let cut = if keep { Cut::along_creases(positions, triangles) } else { None };
+    Ok(match cut {
+        None => estimate_all(positions, triangles, options),
+        Some(cut) => {
+            let estimates = estimate_all(&cut.positions, &cut.triangles, options);
+            cut.join(estimates, positions.len())
+        }
+    })
+}
+
+fn estimate_all(
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    options: &CurvatureOptions,
+) -> Vec<VertexCurvature> {
+    let prepared = Prepared::new(positions, triangles, options);
     let pool = Mutex::new(Vec::new());
     // Collecting in parallel also touches the result's memory for the first time in parallel.
-    let vertices = (0..surface.positions().len()).into_par_iter().with_min_len(BLOCK);
+    let vertices = (0..positions.len()).into_par_iter().with_min_len(BLOCK);
     let leased = || Lease::new(&pool, &prepared);
-    Ok(vertices.map_init(leased, |lease, vertex| prepared.estimate_vertex(vertex, lease.scratch())).collect())
+    vertices.map_init(leased, |lease, vertex| prepared.estimate_vertex(vertex, lease.scratch())).collect()
 }
 
 /// Scratch on loan from a pool. There are never more than threads, so that the many small jobs that a parallel loop splits
@@ -104,8 +122,7 @@ impl<'a> Scratch<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(surface: &'a Surface<'_>, options: &CurvatureOptions) -> Self {
-        let (positions, triangles) = (surface.positions(), surface.triangles());
+    fn new(positions: &'a [Vec3], triangles: &[[u32; 3]], options: &CurvatureOptions) -> Self {
         let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
         let normals = match options.method {
             Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),

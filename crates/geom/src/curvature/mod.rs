@@ -1,6 +1,7 @@
 //! Principal curvature at the vertices of a surface.
 
 mod auto;
+mod creases;
 mod error_bar;
 mod estimate;
 mod jet;
@@ -17,5 +18,5 @@ mod support;
 mod walker;
 
 pub use estimate::estimate;
-pub use options::{CurvatureOptions, Method, Neighbourhood, OptionsError};
+pub use options::{CurvatureOptions, Features, Method, Neighbourhood, OptionsError};
 pub use principal::{Principal, Status, VertexCurvature};

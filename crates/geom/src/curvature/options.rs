@@ -23,6 +23,17 @@ impl Method {
     pub const ALL: [Self; 4] = [Self::Libigl, Self::Quadric, Self::Jet, Self::Auto];
 }
 
+/// What to do at sharp creases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Features {
+    /// Detect them, and let no fit reach across. [`Method::Libigl`] does not, since libigl does not.
+    #[default]
+    Keep,
+    /// Fit across them.
+    Ignore,
+}
+
 /// Which vertices a fit sees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -64,6 +75,9 @@ pub struct CurvatureOptions {
     /// What [`Method::Auto`] aims for: error over curvature, at each vertex. Default: 0.01.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
+    /// What to do at sharp creases. Default: [`Features::Keep`].
+    #[serde(default)]
+    pub features: Features,
 }
 
 fn default_degree() -> u8 {
@@ -81,6 +95,7 @@ impl Default for CurvatureOptions {
             neighbourhood: None,
             degree: default_degree(),
             tolerance: default_tolerance(),
+            features: Features::default(),
         }
     }
 }

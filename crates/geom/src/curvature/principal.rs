@@ -59,11 +59,13 @@ pub enum Status {
     /// The estimated error is over the tolerance: the surface is under-sampled there, or noisier than the largest
     /// neighbourhood can average out. Only where nothing else is to be said.
     OverTolerance = 6,
+    /// On a sharp crease, where curvature is not defined: this is that of the larger side.
+    Crease = 7,
 }
 
 impl Status {
     /// All statuses in the order of their numbers.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Ok,
         Self::Boundary,
         Self::FewNeighbours,
@@ -71,6 +73,7 @@ impl Status {
         Self::NonManifold,
         Self::Isolated,
         Self::OverTolerance,
+        Self::Crease,
     ];
 
     /// Words for tables and messages.
@@ -84,6 +87,7 @@ impl Status {
             Self::NonManifold => "non-manifold",
             Self::Isolated => "isolated",
             Self::OverTolerance => "over tolerance",
+            Self::Crease => "crease",
         }
     }
 
@@ -92,8 +96,10 @@ impl Status {
     #[must_use]
     pub fn worse(self, other: Self) -> Self {
         let rank = |status: Self| match status {
+            Self::Ok => 0,
             Self::OverTolerance => 1,
-            other => 2 * other as u8,
+            Self::Crease => 2,
+            other => 2 + other as u8,
         };
         if rank(other) > rank(self) { other } else { self }
     }

@@ -2,7 +2,7 @@
 
 use osculate_geom::curvature::{CurvatureOptions, Method, Neighbourhood};
 
-use crate::estimate::{describe, name};
+use crate::estimate::name;
 
 /// An estimator with its knobs.
 #[derive(Debug, Clone)]
@@ -38,17 +38,18 @@ pub fn settings(quick: bool) -> Vec<Setting> {
 
 fn with_rings(method: Method, rings: u32) -> Setting {
     let options = CurvatureOptions { method, ..CurvatureOptions::default() };
-    setting(fixed(options, rings), &format!("--rings {rings}"))
+    setting(fixed(options, rings), format!("{rings} rings"), &format!("--rings {rings}"))
 }
 
 fn with_degree(degree: u8, rings: u32) -> Setting {
     let options = CurvatureOptions { method: Method::Jet, degree, ..CurvatureOptions::default() };
-    setting(fixed(options, rings), &format!("--degree {degree} --rings {rings}"))
+    let knobs = format!("degree {degree} on {rings} rings");
+    setting(fixed(options, rings), knobs, &format!("--degree {degree} --rings {rings}"))
 }
 
 fn with_tolerance(tolerance: f64) -> Setting {
     let options = CurvatureOptions { method: Method::Auto, tolerance, ..CurvatureOptions::default() };
-    setting(options, &format!("--tolerance {tolerance}"))
+    setting(options, format!("tolerance {tolerance}"), &format!("--tolerance {tolerance}"))
 }
 
 fn fixed(mut options: CurvatureOptions, rings: u32) -> CurvatureOptions {
@@ -56,8 +57,7 @@ fn fixed(mut options: CurvatureOptions, rings: u32) -> CurvatureOptions {
     options
 }
 
-fn setting(options: CurvatureOptions, knob_arguments: &str) -> Setting {
-    let words = describe(&options);
+fn setting(options: CurvatureOptions, knobs: String, knob_arguments: &str) -> Setting {
     let method = name(options.method);
     // The defaults of a method are what is measured at scale.
     let default = CurvatureOptions { method: options.method, ..CurvatureOptions::default() };
@@ -66,7 +66,7 @@ fn setting(options: CurvatureOptions, knob_arguments: &str) -> Setting {
         && options.neighbourhood() == default.neighbourhood();
     Setting {
         arguments: format!("--method {method} {knob_arguments}"),
-        knobs: words.trim_start_matches(method).trim_start_matches([',', ' ']).to_owned(),
+        knobs,
         method: method.to_owned(),
         options,
         scaling,
