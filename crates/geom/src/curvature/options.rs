@@ -14,6 +14,11 @@ pub enum Method {
     Quadric,
 }
 
+impl Method {
+    /// All estimators, for tests and studies that must hold for every one.
+    pub const ALL: [Self; 2] = [Self::Libigl, Self::Quadric];
+}
+
 /// Which vertices a fit sees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

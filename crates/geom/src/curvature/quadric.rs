@@ -138,7 +138,8 @@ fn fit(points: &Points, inner: usize, length: f64, frame: &Frame) -> Option<(Pri
         let (max, min) = curvatures_of_height(&solution.height, length);
         let change = (principal.kappa_max - max).abs().max((principal.kappa_min - min).abs());
         let (reach, near_reach) = (all.reach_squared(), near.reach_squared());
-        change * reach / (reach - near_reach)
+        // Without outer points there is nothing to compare with, as without inner ones.
+        if reach > near_reach { change * reach / (reach - near_reach) } else { 0.0 }
     });
     Some((principal, noise.hypot(bias)))
 }
