@@ -6,12 +6,14 @@
 
 Every tool gets every case in a process of its own with a time limit, since some do not come back. The verdict is one of
 
-    right   every vertex with a known curvature is within the case's tolerance, and none is made up where nothing is known
-    wrong   a finite number that is off, without a word
-    NaN     not a number at a vertex that has a curvature (and nothing wrong beside it counts less)
-    crash   the process died
-    hang    no answer within the time limit
-    error   refused with a message
+    right       every vertex with a known curvature is within the case's tolerance, and none is made up where nothing is known
+    finite      the case asks for no value, and there is a number at every vertex
+    wrong at x  a finite number that is off or made up, without a word, at this share of those vertices
+    NaN at x    as wrong, and some of it is not a number
+    other rows  the answer has not one row a vertex
+    crash       the process died
+    hang        no answer within the time limit
+    error       refused with a message
 
 A tool is given the vertices and faces as they are. It is forgiven the order of the two curvatures; all of these have Osculate's sign
 (positive on a sphere whose faces are counter-clockwise from outside). A vertex that it declares bad counts as one without an estimate.
@@ -28,7 +30,8 @@ import numpy as np
 
 TOOLS = {
     "libigl": ("libigl", "principal_curvature, 2 rings"),
-    "MeshLab": ("pymeshlab", "compute_curvature_principal_directions_per_vertex, Quadric Fitting, autoclean off"),
+    "MeshLab": ("pymeshlab", "compute_curvature_principal_directions_per_vertex as it is by default (Quadric Fitting)"),
+    "MeshLab by scale": ("pymeshlab", "the same with Scale Dependent Quadric Fitting over 2.5 mean edges"),
     "trimesh": ("trimesh", "discrete mean and Gaussian measures in a ball of 2 mean edges over its area, H +- sqrt(H^2 - K)"),
     "VTK": ("vtk", "vtkCurvatures, Maximum and Minimum"),
 }
@@ -65,19 +68,24 @@ def libigl(v, f):
     return k, declared
 
 
-def meshlab(v, f):
+def meshlab(v, f, **options):
     import pymeshlab
 
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=v, face_matrix=f))
     columns = []
     for value in ("Max Curvature", "Min Curvature"):
         # The values are to be had as the quality that colours are made of.
-        meshes.compute_curvature_principal_directions_per_vertex(
-            method="Quadric Fitting", curvcolormethod=value, autoclean=False
-        )
+        meshes = pymeshlab.MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=v, face_matrix=f))
+        meshes.compute_curvature_principal_directions_per_vertex(curvcolormethod=value, **options)
         columns.append(meshes.current_mesh().vertex_scalar_array())
     return np.stack(columns, axis=1), None
+
+
+def meshlab_scale(v, f):
+    import pymeshlab
+
+    side = np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
+    return meshlab(v, f, method="Scale Dependent Quadric Fitting", scale=pymeshlab.PureValue(2.5 * side))
 
 
 def trimesh(v, f):
@@ -102,7 +110,7 @@ def vtk(v, f):
     points.SetData(numpy_support.numpy_to_vtk(v, deep=True))
     cells = toolkit.vtkCellArray()
     flat = np.hstack([np.full((len(f), 1), 3), f]).astype(np.int64).ravel()
-    cells.SetCells(len(f), numpy_support.numpy_to_vtkIdTypeArray(flat, deep=True))
+    cells.ImportLegacyFormat(numpy_support.numpy_to_vtkIdTypeArray(flat, deep=True))
     mesh = toolkit.vtkPolyData()
     mesh.SetPoints(points)
     mesh.SetPolys(cells)
@@ -113,6 +121,8 @@ def vtk(v, f):
         getattr(curvatures, f"SetCurvatureTypeTo{kind}")()
         curvatures.Update()
         data = curvatures.GetOutput().GetPointData().GetArray(f"{kind}_Curvature")
+        if data is None:
+            raise ValueError("no curvature comes out")
         columns.append(numpy_support.vtk_to_numpy(data).astype(float))
     return np.stack(columns, axis=1), None
 
@@ -120,22 +130,31 @@ def vtk(v, f):
 def worker(tool, case, output):
     """Runs one tool on one case; its numbers go to a file, since some tools print."""
     v, f = read_ply(case)
-    k, bad = {"libigl": libigl, "MeshLab": meshlab, "trimesh": trimesh, "VTK": vtk}[tool](v, f)
-    np.savez(output, k=k, bad=np.zeros(len(v), bool) if bad is None else bad)
+    run_tool = {"libigl": libigl, "MeshLab": meshlab, "MeshLab by scale": meshlab_scale, "trimesh": trimesh, "VTK": vtk}[tool]
+    k, bad = run_tool(v, f)
+    np.savez(output, k=k, bad=np.zeros(len(k), bool) if bad is None else bad)
 
 
 def judge(k, bad, share, kinds, truth):
-    """right, wrong or NaN."""
+    """One of the words above."""
     if len(k) != len(kinds):
-        return "wrong"  # rows do not match the input
+        return "other rows"
     known, none = kinds == "known", kinds == "undetermined"
-    max_min = np.sort(k, axis=1)[:, ::-1]  # NaN sorts last, and stays a NaN of the row
-    off = np.abs(max_min - truth[:, :2]).max(axis=1, initial=0.0)
-    ok = known & (off <= truth[:, 2]) & ~bad
-    made_up = none & np.isfinite(k).all(axis=1) & ~bad
-    if ok.sum() >= share * known.sum() and not made_up.any():
+    finite = np.isfinite(k).all(axis=1)
+    if not (known | none).any():
+        return "finite" if (finite | bad).all() else f"NaN at {percent((~finite & ~bad).mean())}"
+    max_min = np.sort(k, axis=1)[:, ::-1]
+    with np.errstate(invalid="ignore"):
+        off = np.abs(max_min - truth[:, :2]).max(axis=1, initial=0.0)
+        right = np.where(known, (off <= truth[:, 2]) & ~bad, ~finite | bad)[known | none]
+    if right.mean() >= share:
         return "right"
-    return "NaN" if (known & ~np.isfinite(k).all(axis=1)).any() else "wrong"
+    word = "NaN" if (known & ~finite & ~bad).any() else "wrong"
+    return f"{word} at {percent(1.0 - right.mean())}"
+
+
+def percent(share):
+    return "under 1 %" if share < 0.01 else f"{100 * share:.0f} %"
 
 
 def run(tool, case, scratch, limit):

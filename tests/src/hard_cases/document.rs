@@ -84,9 +84,10 @@ The last columns say what other tools make of the same vertices and faces.
 
 const PEERS_HEAD: &str = "\
 *right*: every vertex with a known curvature is within the tolerance that Osculate's own estimators are held to, and none is
-made up where the data determines nothing. *wrong*: a finite number that is off, without a word. *NaN*: not a number among the vertices that have a
-curvature. *crash* and *hang* are of the whole process. *error*: refused with a message. A tool is forgiven
-the order of the two curvatures. Known vertices lie off the boundary but where a row says otherwise.
+made up where the data determines nothing. *wrong at x*: a finite number that is off, or made up, without a word, at this share
+of those vertices. *NaN at x*: the same, and not all of it numbers. *finite*: the case asks for no value. *other rows*: the
+answer has not one row a vertex. *crash* and *hang* (30 s) are of the whole process. *error*: refused with a message. A
+tool is forgiven the order of the two curvatures.
 ";
 
 const OTHER_HEAD: &str = "\
