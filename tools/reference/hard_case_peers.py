@@ -110,7 +110,8 @@ def vtk(v, f):
     points.SetData(numpy_support.numpy_to_vtk(v, deep=True))
     cells = toolkit.vtkCellArray()
     flat = np.hstack([np.full((len(f), 1), 3), f]).astype(np.int64).ravel()
-    cells.ImportLegacyFormat(numpy_support.numpy_to_vtkIdTypeArray(flat, deep=True))
+    if len(f):
+        cells.ImportLegacyFormat(numpy_support.numpy_to_vtkIdTypeArray(flat, deep=True))
     mesh = toolkit.vtkPolyData()
     mesh.SetPoints(points)
     mesh.SetPolys(cells)

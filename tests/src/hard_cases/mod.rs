@@ -105,7 +105,7 @@ pub fn other_cases() -> Vec<OtherCase> {
 /// Why the estimator that follows libigl is not asked to know its error.
 const NO_ERROR_ESTIMATE: &[(Method, &str)] = &[(
     Method::Libigl,
-    "repeats libigl, which has no error estimate; what stands for it is the fit's residual",
+    "no error estimate to admit it with",
 )];
 
 /// Fails with a message unless a condition holds.
