@@ -11,12 +11,12 @@ fn root() -> PathBuf {
 
 /// All Rust sources below a folder, one after the other.
 fn sources(folder: &Path, text: &mut String) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
+    for entry in fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("its entry").path();
         if path.is_dir() {
             sources(&path, text);
         } else if path.extension().is_some_and(|e| e == "rs") {
-            text.push_str(&fs::read_to_string(&path).unwrap());
+            text.push_str(&fs::read_to_string(&path).expect("a source"));
         }
     }
 }
@@ -26,7 +26,7 @@ fn named_tests(document: &str) -> Vec<(&str, Vec<&str>)> {
     let rows = document.lines().filter(|line| line.starts_with('|') && !line.starts_with("|---"));
     rows.filter(|row| !row.ends_with("shown by |"))
         .map(|row| {
-            let last = row.trim_end_matches([' ', '|']).rsplit('|').next().unwrap();
+            let last = row.trim_end_matches([' ', '|']).rsplit('|').next().expect("splitting gives a cell");
             (row, last.split('`').skip(1).step_by(2).collect())
         })
         .collect()

@@ -128,7 +128,8 @@ fn useless() -> Vec<HardCase> {
                 || {
                     let positions =
                         (0..40).map(|i| Vec3::new(f64::from(i / 2), f64::from(i % 2), 0.0)).collect();
-                    let turn = |i: u32| if i % 2 == 0 { [i, i + 2, i + 1] } else { [i, i + 1, i + 2] };
+                    let turn =
+                        |i: u32| if i.is_multiple_of(2) { [i, i + 2, i + 1] } else { [i, i + 1, i + 2] };
                     mesh(positions, (0..38).map(turn).collect())
                 },
             )

@@ -103,10 +103,7 @@ pub fn other_cases() -> Vec<OtherCase> {
 }
 
 /// Why the estimator that follows libigl is not asked to know its error.
-const NO_ERROR_ESTIMATE: &[(Method, &str)] = &[(
-    Method::Libigl,
-    "no error estimate to admit it with",
-)];
+const NO_ERROR_ESTIMATE: &[(Method, &str)] = &[(Method::Libigl, "no error estimate to admit it with")];
 
 /// Fails with a message unless a condition holds.
 fn ensure(holds: bool, message: impl FnOnce() -> String) -> Result<(), String> {
