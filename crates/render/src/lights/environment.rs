@@ -333,6 +333,25 @@ mod tests {
         crate::test_support::assert_chi_square(&observed, &expected, "environment at a pole");
     }
 
+    /// Drawn in proportion to the light, a direction's density does not depend on how small its ring is.
+    #[test]
+    fn density_per_solid_angle_is_even_under_even_light() {
+        const ROWS: u16 = 64;
+        let image = EnvironmentImage::from_fn(32, ROWS.into(), |_| Vec3::ONE);
+        let environment = Environment::Image { image: Arc::new(image), intensity: 1.0, rotation: 0.3 };
+        let environment = EnvironmentSampler::new(&environment).unwrap();
+        // Seen from below, so that the cosine has no part in it.
+        let pdf = |row: u16| {
+            let w = direction_from_uv([0.4, (f32::from(row) + 0.5) / f32::from(ROWS)]);
+            environment.pdf(Vec3::NEG_Y, w)
+        };
+        for row in 0..ROWS / 2 {
+            let ratio = pdf(row) / pdf(ROWS / 2 - 1);
+            // Weights are exact in the middle of a row; what is left is the rounding of f32 directions near the pole.
+            assert!((ratio - 1.0).abs() < 1e-3, "row {row}: {ratio} of the density at the equator");
+        }
+    }
+
     #[test]
     fn irradiance_has_closed_forms() {
         // Radiance 1 + c.w lights a surface with pi + 2 pi / 3 c.n, which two orders represent exactly.
