@@ -77,3 +77,18 @@ impl CurvatureOptions {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_methods_are_listed() {
+        // A new variant does not compile here: count it, and add it to `ALL`.
+        let number = |method: Method| match method {
+            Method::Libigl => 0,
+            Method::Quadric => 1,
+        };
+        assert_eq!(Method::ALL.map(number), [0, 1]);
+    }
+}

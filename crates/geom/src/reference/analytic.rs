@@ -85,7 +85,7 @@ pub struct NotOnShape {
     pub distance: f64,
     /// Largest distance that counts as on the shape.
     pub allowed: f64,
-    /// The shape, in the words that [`Shape::from_str`] reads.
+    /// The shape, in the words that its [`FromStr`](std::str::FromStr) reads.
     pub shape: String,
 }
 
