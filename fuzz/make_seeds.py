@@ -1,8 +1,10 @@
 """Writes the seed corpora, one small valid file per feature, to corpus/<target>/. Python 3, standard library only."""
 
+import io
 import json
 import pathlib
 import struct
+import zipfile
 
 HERE = pathlib.Path(__file__).parent
 QUAD = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]
@@ -90,5 +92,81 @@ def gltf():
     write("gltf", "data_uri", json.dumps(doc, indent=1))
 
 
-for make in (obj, ply, stl, gltf):
+def npy(values, descr, code, shape):
+    """One array in numpy's own format, version 1.0."""
+    head = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"
+    head += " " * (-(len(head) + 11) % 64) + "\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode() + struct.pack(f"<{len(values)}{code}", *values)
+
+
+def npz():
+    meta = json.dumps({"libigl": "2.6.3", "source": "quad", "command": ""}).encode()
+    flat = [float(x) for row in QUAD for x in row]
+    arrays = {"V": (flat, "<f8", "d", "(4, 3)"), "F": ([0, 1, 2, 0, 2, 3], "<i4", "i", "(2, 3)"),
+              "meta": (list(meta), "|u1", "B", f"({len(meta)},)")}
+    for setting in ("r2", "s5"):
+        arrays |= {f"{setting}_{k}": ([1.0, 2.0, 3.0, 4.0], "<f8", "d", "(4,)") for k in ("kmax", "kmin", "cond")}
+        arrays |= {f"{setting}_{d}": (flat, "<f8", "d", "(4, 3)") for d in ("d1", "d2")}
+        arrays[f"{setting}_bad"] = ([3], "<i4", "i", "(1,)")
+    for name, method in (("stored", zipfile.ZIP_STORED), ("deflated", zipfile.ZIP_DEFLATED)):
+        archive = io.BytesIO()
+        with zipfile.ZipFile(archive, "w", method) as file:
+            for array, values in arrays.items():
+                file.writestr(zipfile.ZipInfo(array + ".npy"), npy(*values), compress_type=method)
+        write("npz", name, archive.getvalue())
+
+
+PROVENANCE = {"format_version": 1, "tool": "osculate 0.1.0", "source": {"file": "q.obj", "sha256": "0"},
+              "curvature": {"method": "quadric", "neighbourhood": {"rings": 2}}, "weld": "exact", "facing": "kept",
+              "normals": "computed", "units": {"length": "source file units", "curvature": "1/length"}}
+
+
+def baked():
+    names = "x y z nx ny nz k1 k2 d1x d1y d1z d2x d2y d2z curvature_error".split()
+    row = (0, 0, 1, 2, 1, 1, 0, 0, 0, 1, 0)  # normal, k1, k2, d1, d2
+    faces = b"".join(struct.pack("<B3i", 3, *f) for f in ((0, 1, 2), (0, 2, 3)))
+    for name, kind, code, uv in (("f32", "float", "f", []), ("f64_uv", "double", "d", ["s", "t"])):
+        columns = names + uv
+        head = ("ply\nformat binary_little_endian 1.0\n" + f"comment osculate {json.dumps(PROVENANCE)}\n"
+                + "element vertex 4\n" + "".join(f"property {kind} {n}\n" for n in columns)
+                + "property uchar curvature_status\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n")
+        rows = b"".join(struct.pack(f"<{len(columns)}{code}B", *p, *row, 0.1, *[0.5] * len(uv), k)
+                        for k, p in enumerate(QUAD))
+        for target in ("baked", "baked_ply"):
+            write(target, name, head.encode() + rows + faces)
+    blocks = [struct.pack("<12f", *[x for p in QUAD for x in p]), struct.pack("<12f", *[0, 0, 1] * 4),
+              struct.pack("<8f", *[2, 1] * 4), struct.pack("<12f", *[1, 0, 0] * 4), struct.pack("<4f", *[0.1] * 4),
+              bytes([0, 1, 2, 3]), struct.pack("<6H", 0, 1, 2, 0, 2, 3)]
+    kinds = [(5126, "VEC3", 4), (5126, "VEC3", 4), (5126, "VEC2", 4), (5126, "VEC3", 4), (5126, "SCALAR", 4),
+             (5121, "SCALAR", 4), (5123, "SCALAR", 6)]
+    semantics = ["POSITION", "NORMAL", "_CURVATURE", "_CURVATURE_DIR", "_CURVATURE_ERROR", "_CURVATURE_STATUS"]
+    starts = [sum(len(b) for b in blocks[:k]) for k in range(len(blocks))]
+    views = [{"buffer": 0, "byteOffset": o, "byteLength": len(b)} for o, b in zip(starts, blocks)]
+    accessors = [{"bufferView": k, "componentType": c, "type": t, "count": n} for k, (c, t, n) in enumerate(kinds)]
+    accessors[0] |= {"min": [0, 0, 0], "max": [1, 1, 0.5]}
+    primitive = {"attributes": {s: k for k, s in enumerate(semantics)}, "indices": 6, "mode": 4}
+    binary = b"".join(blocks)
+    doc = {"asset": {"version": "2.0", "extras": {"osculate": PROVENANCE}}, "scene": 0, "scenes": [{"nodes": [0]}],
+           "nodes": [{"mesh": 0}], "meshes": [{"primitives": [primitive]}], "accessors": accessors,
+           "bufferViews": views, "buffers": [{"byteLength": len(binary)}]}
+    text = json.dumps(doc, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    write("baked", "glb", b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks)
+
+
+def scene():
+    write("scene", "lamp", "[image]\nwidth = 32\nheight = 16\nexposure = 1.5\n[camera]\nposition = [1.0, 2.0, 3.0]\n"
+          "target = [0.0, 0.0, 0.0]\nup = [0.0, 0.0, 1.0]\nfov_y = 50.0\nlens_radius = 0.1\nfocus_distance = 3.0\n"
+          "[[mesh]]\nfile = \"a.obj\"\nmaterial = \"m\"\nrotate = [10.0, 20.0, 30.0]\nscale = 2.0\n"
+          "translate = [1.0, 0.0, -1.0]\nbackdrop = true\n[material.m]\nbase_color = [0.5, 0.2, 0.1]\n"
+          "metallic = 1.0\nroughness = 0.2\nspecular = 0.0\nopacity = 0.5\n[[light]]\ntype = \"rectangle\"\n"
+          "center = [-2.0, 3.0, -2.0]\ntarget = [0.0, 0.0, 0.0]\nwidth = 2.0\nheight = 2.0\nradiance = [8.0, 8.0, 8.0]\n"
+          "[environment]\nradiance = [0.3, 0.3, 0.3]\n")
+    write("scene", "framed", "[camera]\ntowards_viewer = [0.5, 0.45, 1.0]\n[[mesh]]\nfile = \"a.obj\"\n"
+          "[[light]]\ntype = \"directional\"\ndirection = [0.0, -1.0, 0.5]\nirradiance = [1.0, 1.0, 1.0]\n[environment]\nfile = \"a.exr\"\n")
+    write("scene", "empty", "")
+
+
+for make in (obj, ply, stl, gltf, npz, baked, scene):
     make()

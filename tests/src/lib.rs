@@ -2,3 +2,4 @@
 //! share is made here.
 
 pub mod broken_files;
+pub mod hard_cases;

@@ -124,6 +124,8 @@ pub struct CurvatureReport {
     pub determined: usize,
     /// Vertices without.
     pub undetermined: usize,
+    /// Determined vertices whose directions carry no information, see [`VertexCurvature::is_umbilic`].
+    pub umbilic: usize,
     /// Of `kappa_max` over the determined vertices; `None` when there are none.
     pub kappa_max: Option<Range>,
     /// Of `kappa_min`.
@@ -174,6 +176,7 @@ impl CurvatureReport {
         Self {
             determined: principals.len(),
             undetermined: curvature.len() - principals.len(),
+            umbilic: curvature.iter().filter(|c| c.is_umbilic()).count(),
             kappa_max: Range::new(principals.iter().map(|p| p.kappa_max).collect()),
             kappa_min: Range::new(principals.iter().map(|p| p.kappa_min).collect()),
             error: Range::new(errors.collect()),
@@ -200,6 +203,16 @@ mod tests {
         assert_eq!((report.uv_sets[0].min, report.uv_sets[0].max), ([0.0; 2], [1.0; 2]));
         let report = MeshReport::new(&shapes::cylinder(1.0, 1.0, 10, 4));
         assert!(!report.closed && report.boundary_edges == 20);
+    }
+
+    #[test]
+    fn all_of_a_plane_is_umbilic_and_nothing_of_a_cylinder() {
+        let umbilic = |mesh: &Mesh| {
+            let surface = Surface::new(mesh, Weld::Exact);
+            CurvatureReport::new(&estimate(&surface, &CurvatureOptions::default()).unwrap()).umbilic
+        };
+        assert_eq!(umbilic(&shapes::plane(6, 6)), 49);
+        assert_eq!(umbilic(&shapes::cylinder(1.0, 1.0, 48, 12)), 0);
     }
 
     #[test]

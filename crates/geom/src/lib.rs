@@ -41,3 +41,8 @@ pub type Vec3 = nalgebra::Vector3<f64>;
 
 /// A 3x3 `f64` matrix, such as a curvature tensor.
 pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// The README's example, compiled with the documentation's tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

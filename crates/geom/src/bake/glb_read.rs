@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 
-use gltf::accessor::{DataType, Dimensions};
-use gltf::mesh::Mode;
-use gltf::{Accessor, Gltf, Primitive, Semantic};
+use gltf::Semantic;
+use gltf::json::accessor::Accessor;
+use gltf::json::mesh::{Mode, Primitive};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index, Root};
 use serde_json::Value;
 
 use super::error::ReadError;
@@ -13,6 +15,7 @@ use super::rows::{CurvatureRow, SecondDirection, curvature_from_row, widen};
 use super::{BakedMesh, FORMAT_VERSION, Provenance};
 use crate::curvature::VertexCurvature;
 use crate::field::BakedMinimum;
+use crate::io::{GltfError, GltfFile, no_files};
 use crate::mesh::{Material, Part, TextureImage};
 use crate::{Mesh, Vec3};
 
@@ -25,62 +28,40 @@ use crate::{Mesh, Vec3};
 ///
 /// [`ReadError::NotBaked`] for glTF without a provenance record, and otherwise what is wrong.
 pub fn read_baked_glb(bytes: &[u8]) -> Result<BakedMesh, ReadError> {
-    let gltf = parse(bytes).map_err(|error| ReadError::invalid(describe(&error)))?;
-    let provenance = provenance(&gltf)?;
-    let bin = gltf.blob.as_deref().unwrap_or_default();
-    let mut builder = Builder { azimuths: azimuths(&provenance)?, ..Builder::default() };
-    for node in gltf.nodes() {
-        let identity = gltf::scene::Transform::Matrix {
-            matrix: [[1., 0., 0., 0.], [0., 1., 0., 0.], [0., 0., 1., 0.], [0., 0., 0., 1.]],
-        };
-        if node.transform().matrix() != identity.matrix() {
-            let what =
-                format!("node {} is transformed, which its baked curvature does not follow", node.index());
-            return Err(ReadError::invalid(what));
-        }
+    if !bytes.starts_with(b"glTF") {
+        return Err(ReadError::invalid("it does not begin like binary glTF"));
     }
-    for primitive in gltf.meshes().flat_map(|mesh| mesh.primitives()) {
-        builder.append(&primitive, bin)?;
+    // A bake refers to nothing outside itself.
+    let file = GltfFile::parse(bytes, &no_files)?;
+    let provenance = provenance(&file.root)?;
+    if let Some(node) = file.root.nodes.iter().position(is_transformed) {
+        let what = format!("node {node} is transformed, which its baked curvature does not follow");
+        return Err(ReadError::invalid(what));
     }
-    let materials = gltf.materials().map(|m| material(&gltf, &m, bin)).collect::<Result<_, _>>()?;
+    let mut builder = Builder::new(&file, azimuths(&provenance)?);
+    for primitive in file.root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        builder.append(primitive)?;
+    }
+    let materials = file.root.materials.iter().map(|m| material(&file, m)).collect::<Result<_, _>>()?;
     builder.finish(materials, provenance)
 }
 
-/// The document, after looking at what the `gltf` crate takes on trust before it validates.
-fn parse(bytes: &[u8]) -> Result<Gltf, gltf::Error> {
-    let length = bytes.get(8..12).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes);
-    if !bytes.starts_with(b"glTF") || (length as usize) < 20 {
-        // The crate would read JSON without a container, and subtract the header from a shorter length.
-        let magic = std::array::from_fn(|k| bytes.get(k).copied().unwrap_or_default());
-        return Err(gltf::Error::Binary(gltf::binary::Error::Magic(magic)));
-    }
-    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes)?;
-    let root = document.into_json();
-    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    let missing = primitives.find_map(|primitive| {
-        let (_, accessor) =
-            primitive.attributes.iter().find(|(_, accessor)| root.get(**accessor).is_none())?;
-        Some(*accessor)
-    });
-    if let Some(accessor) = missing {
-        let path = gltf_json::Path::new().field("accessors").index(accessor.value());
-        return Err(gltf::Error::Validation(vec![(path, gltf_json::validation::Error::IndexOutOfBounds)]));
-    }
-    Ok(Gltf { document: gltf::Document::from_json(root)?, blob })
-}
-
-fn describe(error: &gltf::Error) -> String {
-    match error {
-        gltf::Error::Validation(errors) => match errors.first() {
-            Some((path, error)) => format!("{path}: {error}"),
-            None => error.to_string(),
-        },
-        _ => error.to_string(),
+impl From<GltfError> for ReadError {
+    fn from(error: GltfError) -> Self {
+        Self::invalid(error)
     }
 }
 
-fn provenance(gltf: &Gltf) -> Result<Provenance, ReadError> {
-    let extras = gltf.as_json().asset.extras.as_ref().ok_or(ReadError::NotBaked)?;
+fn is_transformed(node: &json::Node) -> bool {
+    let identity = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
+    node.matrix.is_some_and(|m| m != identity)
+        || node.translation.is_some_and(|t| t != [0.0; 3])
+        || node.rotation.is_some_and(|r| r.0 != [0.0, 0.0, 0.0, 1.0])
+        || node.scale.is_some_and(|s| s != [1.0; 3])
+}
+
+fn provenance(root: &Root) -> Result<Provenance, ReadError> {
+    let extras = root.asset.extras.as_ref().ok_or(ReadError::NotBaked)?;
     let extras: Value = serde_json::from_str(extras.get()).map_err(|_| ReadError::NotBaked)?;
     provenance_from_json(extras.get("osculate").ok_or(ReadError::NotBaked)?)
 }
@@ -127,8 +108,8 @@ pub(super) fn check_filter(vertex: usize, values: impl Iterator<Item = f32>) -> 
     }
 }
 
-#[derive(Default)]
-struct Builder {
+struct Builder<'a> {
+    file: &'a GltfFile<'a>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uv_sets: Vec<Vec<[f64; 2]>>,
@@ -139,28 +120,44 @@ struct Builder {
     bound: Vec<f32>,
     triangles: Vec<[u32; 3]>,
     parts: Vec<Part>,
-    /// First vertex of each set of vertex attributes that has been read, by the accessor indices.
+    /// First vertex and number of vertices of each set of attributes that has been read, by the accessor indices.
     first_vertex: HashMap<Vec<usize>, (usize, usize)>,
 }
 
-impl Builder {
-    fn append(&mut self, primitive: &Primitive<'_>, bin: &[u8]) -> Result<(), ReadError> {
-        let key: Vec<usize> = primitive.attributes().map(|(_, accessor)| accessor.index()).collect();
+impl<'a> Builder<'a> {
+    fn new(file: &'a GltfFile<'a>, azimuths: usize) -> Self {
+        Self {
+            file,
+            positions: Vec::new(),
+            normals: Vec::new(),
+            uv_sets: Vec::new(),
+            curvature: Vec::new(),
+            azimuths,
+            lowering: Vec::new(),
+            bound: Vec::new(),
+            triangles: Vec::new(),
+            parts: Vec::new(),
+            first_vertex: HashMap::new(),
+        }
+    }
+
+    fn append(&mut self, primitive: &Primitive) -> Result<(), ReadError> {
+        let key: Vec<usize> = primitive.attributes.values().map(Index::value).collect();
         let (first, count) = match self.first_vertex.get(&key) {
             Some(&rows) => rows,
             None => {
-                let rows = (self.positions.len(), self.append_vertices(primitive, bin)?);
+                let rows = (self.positions.len(), self.append_vertices(primitive)?);
                 self.first_vertex.insert(key, rows);
                 rows
             }
         };
-        match primitive.mode() {
-            Mode::Points if primitive.indices().is_none() => return Ok(()),
-            Mode::Triangles => {}
+        match primitive.mode {
+            Checked::Valid(Mode::Points) if primitive.indices.is_none() => return Ok(()),
+            Checked::Valid(Mode::Triangles) => {}
             mode => return Err(ReadError::invalid(format!("a primitive has mode {mode:?}, not triangles"))),
         }
-        let indices = match primitive.indices() {
-            Some(accessor) => index_rows(&accessor, bin)?,
+        let indices = match primitive.indices {
+            Some(accessor) => self.file.indices(accessor, &"indices")?,
             None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),
         };
         let start = self.triangles.len();
@@ -178,20 +175,19 @@ impl Builder {
             };
             self.triangles.push([a, b, c]);
         }
-        let extras =
-            primitive.extras().as_ref().and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
+        let extras = primitive.extras.as_ref().and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
         let name = extras.as_ref().and_then(|e| e.get("name")).and_then(Value::as_str).unwrap_or_default();
         self.parts.push(Part {
             name: name.to_owned(),
             triangles: start..self.triangles.len(),
-            material: primitive.material().index(),
+            material: primitive.material.map(|m| m.value()),
         });
         Ok(())
     }
 
     /// Appends the vertices of a primitive and returns how many they are.
-    fn append_vertices(&mut self, primitive: &Primitive<'_>, bin: &[u8]) -> Result<usize, ReadError> {
-        let attributes = Attributes { primitive, bin };
+    fn append_vertices(&mut self, primitive: &Primitive) -> Result<usize, ReadError> {
+        let attributes = Attributes { primitive, file: self.file };
         let positions = attributes.floats::<3>(&Semantic::Positions, "POSITION")?;
         let count = positions.len();
         let normals = attributes.floats::<3>(&Semantic::Normals, "NORMAL")?;
@@ -231,7 +227,7 @@ impl Builder {
         Ok(count)
     }
 
-    fn append_filter(&mut self, attributes: &Attributes<'_, '_>, count: usize) -> Result<(), ReadError> {
+    fn append_filter(&mut self, attributes: &Attributes<'_>, count: usize) -> Result<(), ReadError> {
         if self.azimuths == 0 {
             return Ok(());
         }
@@ -253,7 +249,7 @@ impl Builder {
         Ok(())
     }
 
-    fn append_uvs(&mut self, attributes: &Attributes<'_, '_>, count: usize) -> Result<(), ReadError> {
+    fn append_uvs(&mut self, attributes: &Attributes<'_>, count: usize) -> Result<(), ReadError> {
         let sets = (0..).take_while(|&set| attributes.find(&Semantic::TexCoords(set)).is_some()).count();
         if self.positions.is_empty() {
             self.uv_sets.resize(sets, Vec::new());
@@ -291,121 +287,50 @@ fn extra(name: &str) -> Semantic {
     Semantic::Extras(name.to_owned())
 }
 
-struct Attributes<'a, 'b> {
-    primitive: &'b Primitive<'a>,
-    bin: &'b [u8],
+struct Attributes<'a> {
+    primitive: &'a Primitive,
+    file: &'a GltfFile<'a>,
 }
 
-impl<'a> Attributes<'a, '_> {
-    fn find(&self, semantic: &Semantic) -> Option<Accessor<'a>> {
-        self.primitive.get(semantic)
+impl Attributes<'_> {
+    fn find(&self, semantic: &Semantic) -> Option<Index<Accessor>> {
+        self.primitive.attributes.get(&Checked::Valid(semantic.clone())).copied()
     }
 
-    fn named(&self, semantic: &Semantic, name: &str) -> Result<Accessor<'a>, ReadError> {
+    fn named(&self, semantic: &Semantic, name: &str) -> Result<Index<Accessor>, ReadError> {
         self.find(semantic).ok_or_else(|| ReadError::invalid(format!("a primitive has no attribute {name}")))
     }
 
     fn floats<const N: usize>(&self, semantic: &Semantic, name: &str) -> Result<Vec<[f32; N]>, ReadError> {
-        let accessor = self.named(semantic, name)?;
-        let dimensions = match N {
-            1 => Dimensions::Scalar,
-            2 => Dimensions::Vec2,
-            3 => Dimensions::Vec3,
-            _ => Dimensions::Vec4,
-        };
-        expect_type(&accessor, name, DataType::F32, dimensions)?;
-        let rows = rows::<4, N>(&accessor, name, self.bin)?;
-        Ok(rows.map(|row| row.map(f32::from_le_bytes)).collect())
+        Ok(self.file.rows_f32(self.named(semantic, name)?, &name)?)
     }
 
     fn bytes(&self, semantic: &Semantic, name: &str) -> Result<Vec<u8>, ReadError> {
-        let accessor = self.named(semantic, name)?;
-        expect_type(&accessor, name, DataType::U8, Dimensions::Scalar)?;
-        Ok(rows::<1, 1>(&accessor, name, self.bin)?.map(|[[byte]]| byte).collect())
+        Ok(self.file.rows_u8(self.named(semantic, name)?, &name)?)
     }
 }
 
-fn index_rows(accessor: &Accessor<'_>, bin: &[u8]) -> Result<Vec<u32>, ReadError> {
-    expect_type(accessor, "indices", accessor.data_type(), Dimensions::Scalar)?;
-    Ok(match accessor.data_type() {
-        DataType::U8 => rows::<1, 1>(accessor, "indices", bin)?.map(|[[byte]]| u32::from(byte)).collect(),
-        DataType::U16 => {
-            rows::<2, 1>(accessor, "indices", bin)?.map(|[b]| u32::from(u16::from_le_bytes(b))).collect()
-        }
-        DataType::U32 => rows::<4, 1>(accessor, "indices", bin)?.map(|[b]| u32::from_le_bytes(b)).collect(),
-        other => return Err(ReadError::invalid(format!("indices have type {other:?}"))),
-    })
-}
-
-fn expect_type(
-    accessor: &Accessor<'_>,
-    name: &str,
-    data_type: DataType,
-    dimensions: Dimensions,
-) -> Result<(), ReadError> {
-    let found = (accessor.data_type(), accessor.dimensions());
-    if found != (data_type, dimensions) || accessor.sparse().is_some() || accessor.normalized() {
-        let what = format!("{name} has type {found:?}, expected plain {:?}", (data_type, dimensions));
-        return Err(ReadError::invalid(what));
-    }
-    Ok(())
-}
-
-/// The rows of an accessor as `N` components of `SIZE` bytes, after checking that they lie in the binary chunk.
-fn rows<'b, const SIZE: usize, const N: usize>(
-    accessor: &Accessor<'_>,
-    name: &str,
-    bin: &'b [u8],
-) -> Result<impl Iterator<Item = [[u8; SIZE]; N]> + use<'b, SIZE, N>, ReadError> {
-    let width = SIZE * N;
-    let outside = || ReadError::invalid(format!("{name} reaches outside its buffer"));
-    let view = accessor.view().ok_or_else(outside)?;
-    let data = view_bytes(&view, bin).ok_or_else(outside)?;
-    let stride = view.stride().unwrap_or(width);
-    let (offset, count) = (accessor.offset(), accessor.count());
-    let end = count
-        .checked_sub(1)
-        .and_then(|last| last.checked_mul(stride)?.checked_add(offset)?.checked_add(width));
-    if stride < width || end.is_none_or(|end| end > data.len()) {
-        return Err(outside());
-    }
-    Ok((0..count).map(move |row| {
-        let bytes = &data[offset + row * stride..][..width];
-        std::array::from_fn(|k| std::array::from_fn(|b| bytes[k * SIZE + b]))
-    }))
-}
-
-fn view_bytes<'b>(view: &gltf::buffer::View<'_>, bin: &'b [u8]) -> Option<&'b [u8]> {
-    if !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
-        return None;
-    }
-    bin.get(view.offset()..view.offset().checked_add(view.length())?)
-}
-
-fn material(gltf: &Gltf, material: &gltf::Material<'_>, bin: &[u8]) -> Result<Material, ReadError> {
-    let pbr = material.pbr_metallic_roughness();
-    let [r, g, b, _] = pbr.base_color_factor();
-    let image = pbr.base_color_texture().map(|info| info.texture().source().index());
-    let texture = image.map(|image| texture_image(gltf, image, bin)).transpose()?;
+fn material(file: &GltfFile<'_>, material: &json::Material) -> Result<Material, ReadError> {
+    let pbr = &material.pbr_metallic_roughness;
+    let [r, g, b, _] = pbr.base_color_factor.0;
+    let texture = pbr.base_color_texture.as_ref().map(|info| info.index.value());
     Ok(Material {
-        name: material.name().unwrap_or_default().to_owned(),
+        name: material.name.clone().unwrap_or_default(),
         base_color: [r, g, b],
-        metallic: pbr.metallic_factor(),
-        roughness: pbr.roughness_factor(),
-        base_color_texture: texture,
+        metallic: pbr.metallic_factor.0,
+        roughness: pbr.roughness_factor.0,
+        base_color_texture: texture.map(|texture| texture_image(file, texture)).transpose()?,
     })
 }
 
-/// The bytes of an image inside the file. Goes by the JSON, because the `gltf` crate unwraps an absent MIME type.
-fn texture_image(gltf: &Gltf, image: usize, bin: &[u8]) -> Result<TextureImage, ReadError> {
-    let bytes = gltf.as_json().images.get(image).and_then(|image| {
-        let view = gltf.views().nth(image.buffer_view?.value())?;
-        Some(TextureImage {
-            mime_type: image.mime_type.as_ref()?.0.clone(),
-            bytes: view_bytes(&view, bin)?.to_vec(),
-        })
-    });
-    bytes.ok_or_else(|| {
-        ReadError::invalid(format!("image {image} is not inside the file, or has no MIME type"))
-    })
+/// The bytes of a texture's image inside the file, with the type that the file says, so that a bake passes them on.
+fn texture_image(file: &GltfFile<'_>, texture: usize) -> Result<TextureImage, ReadError> {
+    let image = file.root.textures.get(texture).and_then(|t| file.root.images.get(t.source.value()));
+    let inside = image.and_then(|image| image.buffer_view.zip(image.mime_type.as_ref()));
+    let Some((view, mime_type)) = inside else {
+        let what = format!("the image of texture {texture} is not inside the file, or has no MIME type");
+        return Err(ReadError::invalid(what));
+    };
+    let (bytes, _) = file.view(view, &format_args!("texture {texture}"))?;
+    Ok(TextureImage { mime_type: mime_type.0.clone(), bytes: bytes.to_vec() })
 }

@@ -144,8 +144,9 @@ enum Trend {
 impl Level {
     /// `None` if the points have no extent or no polynomial is determined.
     fn new(cloud: &Cloud, reach: Reach, guess: &Guess) -> Option<Self> {
+        let outward = cloud.normal(0);
         let fit = LocalFit::new(cloud, reach.count, reach.farthest, 4, guess)?;
-        let bars = [2, 3, 4].map(|degree| error_bar(&fit, degree));
+        let bars = [2, 3, 4].map(|degree| error_bar(&fit, degree).filter(|_| fit.faces(degree, &outward)));
         bars.iter().any(Option::is_some).then_some(Self { fit, bars })
     }
 

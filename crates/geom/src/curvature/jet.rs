@@ -66,7 +66,7 @@ fn fit(scratch: &Scratch<'_>, whole: Reach, degree: usize) -> Option<(VertexCurv
     // One degree more where there are enough points: the change tells the error.
     let check = if whole.count > LocalFit::unknowns(degree + 1) { (degree + 1).min(4) } else { degree };
     let fit = LocalFit::new(cloud, whole.count, whole.farthest, check, &guess)?;
-    let principal = fit.principal(degree)?;
+    let principal = fit.principal(degree).filter(|_| fit.faces(degree, &cloud.normal(0)))?;
     let error = error_bar(&fit, degree)?.stated();
     Some((VertexCurvature { principal: Some(principal), error, status: Status::Ok }, fit.length))
 }

@@ -53,8 +53,8 @@ pub(crate) fn estimate_vertex(
     if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
         return VertexCurvature::undetermined(Status::RankDeficient);
     }
-    // A plain residual measure: libigl has no error estimate to follow.
-    let error = residual / length;
+    // A plain residual measure: libigl has no error estimate to follow. Unknown where it is over the range of numbers.
+    let error = Some(residual / length).filter(|error| !error.is_nan()).unwrap_or(f64::INFINITY);
     VertexCurvature { principal: Some(principal), error, status: Status::Ok }
 }
 
@@ -117,16 +117,32 @@ fn fit(points: &Points, frame: &Frame, length: f64) -> (Height, f64) {
     (height, residual(points, frame, &height, length))
 }
 
-/// The minimum-norm solution in world units, singular values up to `5 eps` of the largest dropped (Eigen's `JacobiSVD`).
+/// The minimum-norm solution in world units, singular values up to `5 eps` of the largest dropped (Eigen's `JacobiSVD`,
+/// which also takes the largest entry out first). Not a number where entries overflow or the SVD does not converge.
 fn minimum_norm(points: &Points, frame: &Frame, length: f64) -> Height {
+    const MOST_ITERATIONS: usize = 10_000;
     let rows = points.len();
     // A row of weight zero is a row of zeros, which changes nothing.
     let entry = |row: usize, column: usize| points.weight(row) * monomials(points, frame, row, 1.0)[column];
-    let svd = DMatrix::from_fn(rows, 5, entry).svd(true, true);
+    let matrix = DMatrix::from_fn(rows, 5, entry);
     let heights = DVector::from_fn(rows, |row, _| points.weight(row) * points.offset(row).dot(&frame.n));
-    let cut = 5.0 * f64::EPSILON * svd.singular_values.max();
-    let x = svd.solve(&heights, cut).unwrap_or_else(|_| DVector::repeat(5, f64::NAN));
+    let solve = || {
+        // An iteration on infinities would never end.
+        let [scale, height_scale] = [power_of_two(matrix.as_slice())?, power_of_two(heights.as_slice())?];
+        let svd = (matrix / scale).try_svd(true, true, 5.0 * f64::EPSILON, MOST_ITERATIONS)?;
+        let cut = 5.0 * f64::EPSILON * svd.singular_values.max();
+        let solution = svd.solve(&(heights / height_scale), cut).ok()?;
+        Some(solution * height_scale / scale)
+    };
+    let x = solve().unwrap_or_else(|| DVector::repeat(5, f64::NAN));
     Height { a: x[0] * length, b: x[1] * length, c: x[2] * length, d: x[3], e: x[4] }
+}
+
+/// A power of two near the largest magnitude, so that division by it rounds nothing; `None` where a value is not finite.
+fn power_of_two(values: &[f64]) -> Option<f64> {
+    let largest = values.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let finite = values.iter().all(|x| x.is_finite());
+    finite.then(|| if largest > 0.0 { largest.log2().floor().exp2() } else { 1.0 })
 }
 
 /// `u^2, u v, v^2, u, v` of a point in units of `length`.

@@ -19,7 +19,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// All methods.
+    /// All estimators, for tests and studies that must hold for every one.
     pub const ALL: [Self; 4] = [Self::Libigl, Self::Quadric, Self::Jet, Self::Auto];
 }
 
@@ -157,5 +157,22 @@ impl CurvatureOptions {
             Neighbourhood::Nearest(count) if count < 6 => Err(OptionsError::TooFewNearest(count)),
             _ => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_methods_are_listed() {
+        // A new variant does not compile here: count it, and add it to `ALL`.
+        let number = |method: Method| match method {
+            Method::Libigl => 0,
+            Method::Quadric => 1,
+            Method::Jet => 2,
+            Method::Auto => 3,
+        };
+        assert_eq!(Method::ALL.map(number), [0, 1, 2, 3]);
     }
 }

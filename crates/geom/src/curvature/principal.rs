@@ -128,4 +128,31 @@ impl VertexCurvature {
     pub fn undetermined(status: Status) -> Self {
         Self { principal: None, error: f64::INFINITY, status }
     }
+
+    /// Whether the surface is umbilic here as far as the estimate can tell: `kappa_max - kappa_min <= error`.
+    ///
+    /// The directions are then unit and orthogonal, but nothing else is known about them: another tangent is as good
+    /// within the error. The tensor is sound all the same. `false` without an estimate.
+    ///
+    /// The flag is as good as the error is, which is an estimate and no bound.
+    #[must_use]
+    pub fn is_umbilic(&self) -> bool {
+        self.principal.is_some_and(|p| p.kappa_max - p.kappa_min <= self.error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn umbilic_is_a_matter_of_the_error() {
+        let at = |kappa_min: f64, error: f64| {
+            let principal = Principal { kappa_max: 2.0, kappa_min, d1: Vec3::x(), d2: Vec3::y() };
+            VertexCurvature { principal: Some(principal), error, status: Status::Ok }.is_umbilic()
+        };
+        assert!(at(2.0, 0.0) && at(1.5, 0.5) && at(-2.0, f64::INFINITY));
+        assert!(!at(1.5, 0.25));
+        assert!(!VertexCurvature::undetermined(Status::Isolated).is_umbilic());
+    }
 }

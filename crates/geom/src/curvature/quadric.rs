@@ -14,6 +14,10 @@ const LEAST_NEIGHBOURS: usize = 6;
 /// before that. Larger: anisotropic but sound neighbourhoods (aspect 30) would be enlarged.
 const LEAST_PIVOT: f64 = 1e-7;
 
+/// Steepest slope of a fit against the vertex normal. Beyond it the fitted surface stands on edge: the part of its normal along
+/// the vertex's comes near rounding, and which side is outside is lost. Meshes that are anything stay below 1e3.
+const STEEPEST: f64 = 1e7;
+
 /// How many times a neighbourhood that does not determine the fit is enlarged. A two-row strip needs one; a long one-
 /// triangle-wide ribbon would go on to its end.
 const ENLARGEMENTS: u32 = 6;
@@ -130,6 +134,9 @@ fn fit(points: &Points, inner: usize, length: f64, frame: &Frame) -> Option<(Pri
     let near = Moments::accumulate(points, 0..inner, frame, length);
     let all = near.plus(&Moments::accumulate(points, inner..points.len(), frame, length));
     let solution = all.solve(LEAST_PIVOT)?;
+    if solution.height.d.hypot(solution.height.e) > STEEPEST {
+        return None;
+    }
     let principal = principal_of_height(&solution.height, length, frame);
     if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
         return None;
@@ -139,7 +146,8 @@ fn fit(points: &Points, inner: usize, length: f64, frame: &Frame) -> Option<(Pri
         let (max, min) = curvatures_of_height(&solution.height, length);
         let change = (principal.kappa_max - max).abs().max((principal.kappa_min - min).abs());
         let (reach, near_reach) = (all.reach_squared(), near.reach_squared());
-        change * reach / (reach - near_reach)
+        // Without outer points there is nothing to compare with, as without inner ones.
+        if reach > near_reach { change * reach / (reach - near_reach) } else { 0.0 }
     });
     Some((principal, noise.hypot(bias)))
 }

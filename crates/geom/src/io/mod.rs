@@ -28,6 +28,7 @@ use std::path::Path;
 pub use error::{ReadError, ReadProblem};
 pub use files::{Resolver, files_beside, no_files};
 pub use format::Format;
+pub(crate) use gltf::GltfFile;
 pub use gltf::{GltfError, read_gltf};
 pub use obj::{ObjError, read_obj};
 pub use ply::{PlyError, read_ply};

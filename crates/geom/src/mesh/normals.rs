@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::triangle_mesh::bbox_diagonal;
 use super::{Adjacency, Mesh, Surface, Weld};
 use crate::Vec3;
 
@@ -21,18 +20,33 @@ pub fn triangle_normal([a, b, c]: [Vec3; 3]) -> Option<Vec3> {
 
 /// Unit vertex normals, each the sum of the incident triangles' normals weighted by their areas. Slivers hardly count.
 ///
-/// Zero where the sum is zero: no triangle of non-zero area, or opposite ones that cancel. Areas below 1e-300 of the squared
-/// bounding box diagonal count as zero.
+/// Zero where the sum is zero: no triangle of non-zero area, or opposite ones that cancel. Works at any scale, and a vertex
+/// knows of its own triangles only: what lies elsewhere, however far, changes no bit.
 #[must_use]
 pub fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
-    // A power of two, so that scaling is exact, near the mesh's size, so that products of edges neither overflow nor
-    // underflow at scales from 1e-150 to 1e150.
-    let size = bbox_diagonal(positions);
-    let inverse = if size > 0.0 { (-size.log2().round()).exp2() } else { 1.0 };
-    vertex_normals(triangles, incident, |_, corners| {
-        let [a, b, c] = corners.map(|v| positions[v as usize]);
-        ((b - a) * inverse).cross(&((c - a) * inverse))
-    })
+    let sum = |vertex: usize, scale: f64| -> Vec3 {
+        let doubled_area = |&index: &u32| {
+            let [a, b, c] = triangles[index as usize].map(|v| positions[v as usize] * scale);
+            (b - a).cross(&(c - a))
+        };
+        incident.row(vertex).iter().map(doubled_area).sum()
+    };
+    let normal = |vertex: usize| {
+        let plain = sum(vertex, 1.0);
+        let squared = plain.norm_squared();
+        if (1e-200..1e200).contains(&squared) {
+            return plain / squared.sqrt();
+        }
+        // Products of edges over- or underflow, or there is no area. A power of two scales without rounding.
+        let side = |&index: &u32| {
+            let [a, b, c] = triangles[index as usize].map(|v| positions[v as usize] * 0.5);
+            (b - a).amax().max((c - a).amax())
+        };
+        let size = incident.row(vertex).iter().map(side).fold(0.0, f64::max);
+        let scale = (-size.log2().round()).clamp(-1020.0, 1020.0).exp2();
+        unit(sum(vertex, scale)).unwrap_or_else(Vec3::zeros)
+    };
+    (0..incident.len()).into_par_iter().with_min_len(1024).map(normal).collect()
 }
 
 /// Unit vertex normals, each the sum of the incident triangles' normals weighted by their angles at the vertex
@@ -42,11 +56,21 @@ pub fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], inciden
 /// for shading; but a sliver with an angle of nearly pi weighs as much as half a disc. Zero as there.
 #[must_use]
 pub fn angle_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
-    vertex_normals(triangles, incident, |corner, corners| {
+    let weighted = |corner: usize, corners: [u32; 3]| {
         let p = corners.map(|v| positions[v as usize]);
         let [a, b, c] = [p[corner], p[(corner + 1) % 3], p[(corner + 2) % 3]];
         triangle_normal(p).map_or_else(Vec3::zeros, |normal| normal * angle(b - a, c - a))
-    })
+    };
+    let normal = |vertex: usize| {
+        let mut sum = Vec3::zeros();
+        for &index in incident.row(vertex) {
+            let triangle = triangles[index as usize];
+            let corner = triangle.iter().position(|&v| v as usize == vertex).expect("incident");
+            sum += weighted(corner, triangle);
+        }
+        unit(sum).unwrap_or_else(Vec3::zeros)
+    };
+    (0..incident.len()).into_par_iter().with_min_len(1024).map(normal).collect()
 }
 
 /// Angle-weighted unit normals of the welded surface, one per mesh vertex, so that a UV seam does not show. Zero as there.
@@ -56,27 +80,6 @@ pub fn smooth_normals(mesh: &Mesh, weld: Weld) -> Vec<Vec3> {
     let (positions, triangles) = (surface.positions(), surface.triangles());
     let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
     surface.spread(angle_weighted_normals(positions, triangles, &incident))
-}
-
-/// Normalised sums of `weighted(corner, triangle)` over the triangles at each vertex.
-fn vertex_normals(
-    triangles: &[[u32; 3]],
-    incident: &Adjacency,
-    weighted: impl Fn(usize, [u32; 3]) -> Vec3 + Sync,
-) -> Vec<Vec3> {
-    (0..incident.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|vertex| {
-            let mut sum = Vec3::zeros();
-            for &index in incident.row(vertex) {
-                let triangle = triangles[index as usize];
-                let corner = triangle.iter().position(|&v| v as usize == vertex).expect("incident");
-                sum += weighted(corner, triangle);
-            }
-            unit(sum).unwrap_or_else(Vec3::zeros)
-        })
-        .collect()
 }
 
 /// The unit vector, also where the squares of the components would underflow.
@@ -105,13 +108,26 @@ mod tests {
         let triangles = [[0, 2, 4], [0, 4, 1], [0, 3, 2], [0, 1, 3]];
         let incident = Adjacency::triangles_of_vertices(&triangles, p.len());
         let outward = -Vec3::repeat(1.0 / 3.0_f64.sqrt());
-        for scale in [1e-150, 1.0, 1e150] {
+        for scale in [1e-300, 1e-150, 1.0, 1e150, 1e307] {
             let scaled: Vec<Vec3> = p.iter().map(|p| p * scale).collect();
             let angle = angle_weighted_normals(&scaled, &triangles, &incident)[0];
             assert!((angle - outward).norm() < 1e-15, "scale {scale}: {angle}");
             let area = area_weighted_normals(&scaled, &triangles, &incident)[0];
             let expected = -Vec3::new(1.0, 1.0, 2.0).normalize();
             assert!((area - expected).norm() < 1e-15, "scale {scale}: {area}");
+        }
+    }
+
+    #[test]
+    fn a_normal_does_not_know_what_lies_far_away() {
+        let mut p =
+            vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::new(0.3, -0.7, 0.2), Vec3::z(), Vec3::z() * 2.0];
+        let triangles = [[0, 1, 2], [0, 3, 1], [4, 5, 4]];
+        let incident = Adjacency::triangles_of_vertices(&triangles, p.len());
+        let near = area_weighted_normals(&p, &triangles, &incident)[0];
+        for far in [1e100, 1e300, f64::MAX] {
+            p[5] = Vec3::repeat(far);
+            assert_eq!(area_weighted_normals(&p, &triangles, &incident)[0], near, "{far:e}");
         }
     }
 

@@ -9,9 +9,10 @@ mod compare;
 mod matching;
 mod npz;
 mod quantiles;
+mod shape_words;
 
 pub(crate) use analytic::level_set_curvature;
-pub use analytic::{Axis, NotOnShape, ParseShapeError, SaddleForm, Shape};
+pub use analytic::{Axis, NotOnShape, SaddleForm, Shape};
 pub use compare::{
     Bounds, CompareOptions, Comparison, DEFAULT_CONDITION_LIMIT, Expected, SkipReason, Skipped, WorstVertex,
     compare,
@@ -19,3 +20,4 @@ pub use compare::{
 pub use matching::{Matching, Triangulation, match_rows};
 pub use npz::{ReferenceError, ReferenceFile, ReferenceSetting};
 pub use quantiles::Quantiles;
+pub use shape_words::ParseShapeError;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::LightSample;
+use super::irradiance::Irradiance;
 use crate::distribution::Distribution2d;
 use crate::math::{Frame, cosine_hemisphere, luminance};
 
@@ -30,9 +31,9 @@ pub enum Environment {
 /// Linear RGB radiance over latitude and longitude. The top row is +Y, the middle column is -Z, columns go towards +X.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnvironmentImage {
-    width: usize,
-    height: usize,
-    pixels: Vec<Vec3>,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) pixels: Vec<Vec3>,
 }
 
 impl EnvironmentImage {
@@ -199,59 +200,6 @@ fn cosine_share(image: &EnvironmentImage) -> f32 {
     ratio * ratio / (1.0 + ratio * ratio)
 }
 
-/// Irradiance as a function of the normal, in spherical harmonics up to the second order.
-///
-/// Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance Environment Maps", SIGGRAPH 2001: the error is
-/// below 3 % of the total for any environment; it only affects how often lights are chosen.
-#[derive(Debug)]
-struct Irradiance {
-    /// Coefficients of 1, y, z, x, xy, yz, 3 z^2 - 1, xz, x^2 - y^2.
-    coefficients: [f32; 9],
-    /// Lower bound, so that the environment is never left out where a little of it arrives.
-    least: f32,
-}
-
-impl Irradiance {
-    fn constant(luminance: f32) -> Self {
-        let mut coefficients = [0.0; 9];
-        coefficients[0] = std::f32::consts::PI * luminance;
-        Self { coefficients, least: 0.0 }
-    }
-
-    fn of(image: &EnvironmentImage, intensity: f32, sin_cos: [f32; 2]) -> Self {
-        use std::f32::consts::PI;
-        let mut sums = [0.0_f32; 9];
-        let cell = 2.0 * PI * PI / (image.width * image.height) as f32;
-        for y in 0..image.height {
-            let v = (y as f32 + 0.5) / image.height as f32;
-            for x in 0..image.width {
-                let w = turned(direction_from_uv([(x as f32 + 0.5) / image.width as f32, v]), sin_cos);
-                let light = intensity * luminance(image.pixels[y * image.width + x]) * cell * (PI * v).sin();
-                for (sum, basis) in sums.iter_mut().zip(Self::basis(w)) {
-                    *sum += light * basis;
-                }
-            }
-        }
-        // Squared normalisation of the basis functions times the cosine lobe's factors pi, 2 pi / 3, pi / 4.
-        let scale = [0.25, 0.5, 0.5, 0.5, 0.9375, 0.9375, 0.078_125, 0.9375, 0.234_375];
-        let mut coefficients = sums;
-        for (c, s) in coefficients.iter_mut().zip(scale) {
-            *c *= s;
-        }
-        Self { coefficients, least: 0.1 * coefficients[0] }
-    }
-
-    fn basis(n: Vec3) -> [f32; 9] {
-        let Vec3 { x, y, z } = n;
-        [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y]
-    }
-
-    fn at(&self, normal: Vec3) -> f32 {
-        let sum: f32 = Self::basis(normal).iter().zip(self.coefficients).map(|(b, c)| b * c).sum();
-        sum.max(self.least)
-    }
-}
-
 /// Luminance of each cell of the picture, averaged with its neighbours, times sin(theta).
 ///
 /// Bilinear lookup spreads a pixel into its neighbours' cells, so their weight must not be 0 where it does.
@@ -277,7 +225,7 @@ fn sphere_density(w: Vec3) -> f32 {
     1.0 / (2.0 * std::f32::consts::PI * std::f32::consts::PI * sine)
 }
 
-fn direction_from_uv([u, v]: [f32; 2]) -> Vec3 {
+pub(super) fn direction_from_uv([u, v]: [f32; 2]) -> Vec3 {
     let (phi, theta) = (std::f32::consts::TAU * (u - 0.5), std::f32::consts::PI * v);
     Vec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos())
 }
@@ -288,7 +236,7 @@ fn uv_from_direction(w: Vec3) -> [f32; 2] {
 }
 
 /// Turns about +Y; a quarter turn takes -Z to -X.
-fn turned(w: Vec3, [sine, cosine]: [f32; 2]) -> Vec3 {
+pub(super) fn turned(w: Vec3, [sine, cosine]: [f32; 2]) -> Vec3 {
     Vec3::new(cosine * w.x + sine * w.z, w.y, cosine * w.z - sine * w.x)
 }
 
@@ -344,6 +292,64 @@ mod tests {
             expected[cell(w)] += f64::from(environment.pdf(Vec3::Y, w)) * area * f64::from(COUNT);
         }
         crate::test_support::assert_chi_square(&observed, &expected, "environment");
+    }
+
+    /// Rings around the bright pole, each one row of the picture wide, so that the density is even within them but for the
+    /// Jacobian of latitude and longitude, which goes from 1 to 25 times its value at the equator here.
+    #[test]
+    fn samples_at_a_pole_follow_the_density() {
+        use std::f64::consts::{PI, TAU};
+        const ROWS: usize = 64;
+        const RINGS: usize = 12;
+        const COUNT: u32 = 100_000;
+        let image = EnvironmentImage::from_fn(32, ROWS, |w| Vec3::splat(if w.y > 0.85 { 10.0 } else { 0.1 }));
+        let environment = Environment::Image { image: Arc::new(image), intensity: 1.0, rotation: 0.3 };
+        let environment = EnvironmentSampler::new(&environment).unwrap();
+        // Across the axis, so that few of the directions around the pole come from the cosine.
+        let normal = Vec3::X;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rings of a small grid")]
+        let ring = |w: Vec3| {
+            let theta = f64::from(w.x.hypot(w.z)).atan2(f64::from(w.y));
+            ((theta / PI * ROWS as f64) as usize).min(RINGS)
+        };
+        let mut observed = [0.0; RINGS + 1];
+        for i in 0..COUNT {
+            let u = Sampler::new(SamplerKind::Independent, 5, 0, i).next_2d();
+            let drawn = environment.sample(normal, u);
+            observed[drawn.map_or(RINGS, |sample| ring(sample.wi))] += 1.0;
+        }
+        let mut expected = [0.0; RINGS + 1];
+        const FINE: [usize; 2] = [RINGS * 20, 400];
+        let steps = [PI * RINGS as f64 / ROWS as f64 / FINE[0] as f64, TAU / FINE[1] as f64];
+        for k in 0..FINE[0] * FINE[1] {
+            let theta = steps[0] * ((k / FINE[1]) as f64 + 0.5);
+            let phi = steps[1] * ((k % FINE[1]) as f64 + 0.5);
+            let w = glam::DVec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
+            let solid_angle = theta.sin() * steps[0] * steps[1];
+            let pdf = f64::from(environment.pdf(normal, w.as_vec3()));
+            expected[k / FINE[1] / 20] += pdf * solid_angle * f64::from(COUNT);
+        }
+        expected[RINGS] = f64::from(COUNT) - expected[..RINGS].iter().sum::<f64>();
+        crate::test_support::assert_chi_square(&observed, &expected, "environment at a pole");
+    }
+
+    /// Drawn in proportion to the light, a direction's density does not depend on how small its ring is.
+    #[test]
+    fn density_per_solid_angle_is_even_under_even_light() {
+        const ROWS: u16 = 64;
+        let image = EnvironmentImage::from_fn(32, ROWS.into(), |_| Vec3::ONE);
+        let environment = Environment::Image { image: Arc::new(image), intensity: 1.0, rotation: 0.3 };
+        let environment = EnvironmentSampler::new(&environment).unwrap();
+        // Seen from below, so that the cosine has no part in it.
+        let pdf = |row: u16| {
+            let w = direction_from_uv([0.4, (f32::from(row) + 0.5) / f32::from(ROWS)]);
+            environment.pdf(Vec3::NEG_Y, w)
+        };
+        for row in 0..ROWS / 2 {
+            let ratio = pdf(row) / pdf(ROWS / 2 - 1);
+            // Weights are exact in the middle of a row; what is left is the rounding of f32 directions near the pole.
+            assert!((ratio - 1.0).abs() < 1e-3, "row {row}: {ratio} of the density at the equator");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Light sources, and how points on them are drawn for direct lighting.
 
 mod environment;
+mod irradiance;
 mod rectangle;
 
 pub use environment::{Environment, EnvironmentImage};

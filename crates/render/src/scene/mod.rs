@@ -1,5 +1,7 @@
 //! What a picture is made of: [`Scene`], [`MeshInstance`], [`Material`].
 
+mod build;
+mod checker;
 mod file;
 mod preview;
 

@@ -196,6 +196,10 @@ pub fn print_curvature(curvature: &CurvatureReport, console: &Console) {
             console.result(format_args!("  {name} {min} to {max}, median {median}"));
         }
     }
+    if curvature.umbilic > 0 {
+        let umbilic = count(curvature.umbilic, "vertex");
+        console.result(format_args!("  umbilic    {umbilic}: both curvatures equal within the error"));
+    }
     let statuses = curvature.statuses.iter().map(|s| format!("{} {}", s.vertices, s.status.label()));
     let statuses = statuses.collect::<Vec<_>>().join(", ");
     let without = match curvature.undetermined {

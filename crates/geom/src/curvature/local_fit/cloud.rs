@@ -64,8 +64,7 @@ impl Cloud {
         self.rows[6][index]
     }
 
-    /// The largest coordinate difference among the first `count` points, or `None` when all coincide or one is not
-    /// finite.
+    /// The largest distance from the vertex among the first `count` points, or `None` when all coincide or one is not finite.
     pub(crate) fn extent(&self, count: usize) -> Option<f64> {
         let mut largest = 0.0_f64;
         for row in &self.rows[..3] {
@@ -73,7 +72,20 @@ impl Cloud {
                 largest = if x.abs() > largest { x.abs() } else { largest };
             }
         }
-        (largest > 0.0 && largest.is_finite()).then_some(largest)
+        if !(largest > 0.0 && largest.is_finite()) {
+            return None;
+        }
+        // Relative to the largest coordinate, so that squares neither overflow nor vanish.
+        let inverse = 1.0 / largest;
+        let [x, y, z] = [0, 1, 2].map(|row| &self.rows[row][..count]);
+        let mut farthest = 0.0_f64;
+        for i in 0..count {
+            let (x, y, z) = (x[i] * inverse, y[i] * inverse, z[i] * inverse);
+            let squared = x * x + y * y + z * z;
+            farthest = if squared > farthest { squared } else { farthest };
+        }
+        let extent = largest * farthest.sqrt();
+        extent.is_finite().then_some(extent)
     }
 
     /// Eight points of a row.

@@ -44,9 +44,8 @@ pub(crate) struct Polynomial {
     pub(crate) shift: f64,
     /// Slopes and second-order coefficients.
     pub(crate) height: Height,
-    /// Covariance of the coefficients `(a, b, c)` for weights that are inverse variances:
-    /// `[aa, ab, ac, bb, bc, cc]`.
-    pub(crate) covariance: [f64; 6],
+    /// Variances of the coefficients `(a, b, c)` for weights that are inverse variances.
+    pub(crate) variances: [f64; 3],
     /// Mean squared residual, corrected for the number of coefficients and for few points; infinite where there are as many
     /// coefficients as points.
     pub(crate) variance: f64,
@@ -154,7 +153,7 @@ fn assemble(moments: &Moments, unknowns: usize) -> [Row; UNKNOWNS] {
 struct Sums {
     /// Solution, six picked unknowns.
     x: [f64; 6],
-    covariance: [f64; 6],
+    variances: [f64; 3],
     left: f64,
 }
 
@@ -167,7 +166,7 @@ impl Sums {
         }
         self.left -= row[RIGHT] * y;
         let [a, b, c] = [row[PICKED + 3], row[PICKED + 4], row[PICKED + 5]];
-        for (sum, term) in self.covariance.iter_mut().zip([a * a, a * b, a * c, b * b, b * c, c * c]) {
+        for (sum, term) in self.variances.iter_mut().zip([a * a, b * b, c * c]) {
             *sum += term * inverse;
         }
     }
@@ -180,6 +179,6 @@ impl Sums {
         let left = self.left.max(moments.squares * f64::EPSILON) * moments.count / moments.weight;
         // A variance from few residuals may be small by luck; this is what Student's distribution adds at 95 %.
         let variance = if spare > 0.0 { left / spare * (1.0 + 4.0 / spare) } else { f64::INFINITY };
-        Polynomial { shift, height: Height { a, b, c, d, e }, covariance: self.covariance, variance }
+        Polynomial { shift, height: Height { a, b, c, d, e }, variances: self.variances, variance }
     }
 }

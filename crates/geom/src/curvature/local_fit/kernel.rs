@@ -14,6 +14,10 @@ pub(super) const MOMENT_ROWS: usize = 9;
 /// Rows of moments of the heights for that degree.
 pub(super) const HEIGHT_ROWS: usize = 5;
 
+/// Squared distance from the axis, in units of the neighbourhood, within which the direction of a chord fades out. Larger: spheres
+/// are no longer quadrics to 1e-6. Smaller: the vertex's own direction, which is rounding, would count.
+const ABOVE: f64 = 1e-6;
+
 /// Moments of points `(u, v)` with heights `h`.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Moments {
@@ -61,7 +65,7 @@ macro_rules! kernel {
     ($name:ident $(, $feature:literal)?) => {
         mod $name {
             use super::super::lanes::$name::{Lane, add, div, load, max, mul, powers, splat, store, sub};
-            use super::{Cloud, Frame, HEIGHT_ROWS, MOMENT_ROWS, Moments, Vec3, View};
+            use super::{ABOVE, Cloud, Frame, HEIGHT_ROWS, MOMENT_ROWS, Moments, Vec3, View};
 
             $(#[target_feature(enable = $feature)])?
             pub(super) fn accumulate<const DEGREE: usize>(cloud: &Cloud, count: usize, view: &View) -> Moments {
@@ -159,7 +163,8 @@ macro_rules! kernel {
                 let (u, v, h) = (dot(&axes[0], &offset), dot(&axes[1], &offset), dot(&axes[2], &offset));
                 // Bending, see the module `local_fit`: h (1 - III(p, p) / 4), along the chord.
                 let (u2, v2, h2) = (mul(u, u), mul(v, v), mul(h, h));
-                let flat = max(add(u2, v2), splat(f64::MIN_POSITIVE));
+                // Straight above the origin the chord has no tangential direction, and nothing is to be bent.
+                let flat = add(add(u2, v2), splat(ABOVE));
                 let form = add(add(mul(third[0], u2), mul(third[1], mul(u, v))), mul(third[2], v2));
                 let chord = add(form, div(mul(form, h2), flat));
                 let bent = mul(h, sub(splat(1.0), mul(chord, splat(0.25))));

@@ -29,7 +29,7 @@ use super::shape_operator::{Frame, principal_of_height};
 use crate::{Mat3, Vec3};
 
 /// As in the quadric fit: below this share of unexplained column the points do not determine a coefficient.
-const LEAST_PIVOT: f64 = 1e-9;
+const LEAST_PIVOT: f64 = 1e-7;
 
 /// Largest `kappa^2` times squared radius that heights are bent by: a quarter turn. Beyond it the surface would turn away
 /// from the fit plane, and what says so is an error of the curvature that is bent by.
@@ -116,6 +116,13 @@ impl LocalFit {
         (principal.kappa_max.is_finite() && principal.kappa_min.is_finite()).then_some(principal)
     }
 
+    /// Whether the outward side of a degree's polynomial is on this side of its tangent plane. A fit to points that do not lie on
+    /// one sheet may stand on edge or be turned over; it says nothing about the surface then.
+    pub(super) fn faces(&self, degree: usize, outward: &Vec3) -> bool {
+        let Frame { t, s, n } = self.guess.frame;
+        self.polynomial(degree).is_some_and(|p| (n - t * p.height.d - s * p.height.e).dot(outward) > 0.0)
+    }
+
     /// The height function before bending, to second order.
     fn unbent(&self, polynomial: &Polynomial) -> Height {
         let Polynomial { shift, height, .. } = *polynomial;
@@ -130,16 +137,11 @@ impl LocalFit {
         Some((4.0 * a * a + 2.0 * b * b + 4.0 * c * c).sqrt() / self.length)
     }
 
-    /// One standard error of a degree's worse curvature, 1/length, for heights with independent noise of the size of the
-    /// residuals.
+    /// Standard error of a degree's second fundamental form in the Frobenius norm, 1/length, for heights with independent noise of
+    /// the size of the residuals. It does not depend on the axes of the fit; a curvature's own standard error is 0.6 to 1 of it.
     pub(super) fn standard_error(&self, degree: usize) -> Option<f64> {
-        let Polynomial { covariance: [aa, ab, ac, bb, bc, cc], variance, .. } = self.polynomial(degree)?;
-        let along = 4.0 * aa;
-        let across = 4.0 * cc;
-        let sum = aa + bb + cc + 2.0 * (ab + ac + bc);
-        let difference = aa + bb + cc - 2.0 * (ab - ac + bc);
-        let worst = along.max(across).max(sum).max(difference);
-        Some((variance * worst).sqrt() / self.length)
+        let Polynomial { variances: [aa, bb, cc], variance, .. } = self.polynomial(degree)?;
+        Some((variance * (4.0 * aa + 2.0 * bb + 4.0 * cc)).sqrt() / self.length)
     }
 
     /// What a degree's polynomial says about the surface, for the next fit; `trust` scales the curvature to bend by.

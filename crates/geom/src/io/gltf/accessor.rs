@@ -39,7 +39,6 @@ impl GltfFile<'_> {
     }
 
     /// As [`rows_f64`](Self::rows_f64), rounded to `f32`: float accessors keep their bits.
-    #[allow(dead_code, reason = "for readers of application attributes")]
     #[expect(
         clippy::cast_possible_truncation,
         reason = "float components are f32, and integers round to nearest"
@@ -53,7 +52,6 @@ impl GltfFile<'_> {
     }
 
     /// The values of a scalar accessor of unsigned bytes.
-    #[allow(dead_code, reason = "for readers of application attributes")]
     pub fn rows_u8(&self, accessor: Index<Accessor>, place: &dyn fmt::Display) -> Result<Vec<u8>, GltfError> {
         let layout = self.layout(accessor, place)?;
         if layout.components != 1 || !matches!(layout.component, ComponentType::U8) {

@@ -11,7 +11,6 @@ use ::gltf::json::Root;
 
 pub use error::GltfError;
 pub(crate) use file::GltfFile;
-pub(crate) use primitive::VertexBlock;
 
 use super::files::Resolver;
 use super::warnings::Warnings;
@@ -29,23 +28,14 @@ use primitive::Assembly;
 /// See [`GltfError`]; and a scene without triangles.
 pub fn read_gltf(bytes: &[u8], resolver: &Resolver<'_>) -> Result<Read, ReadProblem> {
     let file = GltfFile::parse(bytes, resolver)?;
-    read_scene(&file, resolver).map(|(read, _)| read)
-}
-
-/// As [`read_gltf`], with what is needed to read further attributes of the same vertices.
-pub(crate) fn read_scene(
-    file: &GltfFile<'_>,
-    resolver: &Resolver<'_>,
-) -> Result<(Read, Vec<VertexBlock>), ReadProblem> {
     let mut warnings = Warnings::default();
-    let mut assembly = Assembly::new(file);
+    let mut assembly = Assembly::new(&file);
     for instance in &scene::instances(&file.root, &mut warnings)? {
         assembly.add_instance(instance, &mut warnings)?;
     }
     warn_of_extensions(&file.root, &mut warnings);
-    let materials = material::materials(file, resolver, &mut warnings);
-    let (mesh, blocks) = assembly.into_mesh(materials)?;
-    Ok((finish(mesh, warnings)?, blocks))
+    let materials = material::materials(&file, resolver, &mut warnings);
+    finish(assembly.into_mesh(materials)?, warnings)
 }
 
 /// Extensions that change the picture, in files that do not require them.

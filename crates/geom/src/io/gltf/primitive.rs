@@ -27,16 +27,13 @@ type VertexKey = (Vec<(Semantic, usize)>, Option<[u32; 5]>);
 
 /// A run of mesh vertices that come from one set of accessors.
 #[derive(Debug, Clone)]
-#[allow(dead_code, reason = "for readers of application attributes")]
-pub(crate) struct VertexBlock {
+struct VertexBlock {
     /// The first of them.
-    pub first: usize,
+    first: usize,
     /// How many.
-    pub rows: usize,
-    /// Accessors by name; `_CURVATURE` is `Semantic::Extras("CURVATURE")`.
-    pub attributes: BTreeMap<Semantic, Index<Accessor>>,
+    rows: usize,
     /// What was applied to the positions; affine.
-    pub world_from_object: Matrix4<f64>,
+    world_from_object: Matrix4<f64>,
 }
 
 /// The mesh so far.
@@ -89,7 +86,7 @@ impl<'a> Assembly<'a> {
             let block = match known.entry((accessors, uv_transform.map(|t| t.key()))) {
                 Entry::Occupied(block) => *block.get(),
                 Entry::Vacant(slot) => {
-                    *slot.insert(self.add_vertices(attributes, uv_transform, instance, &place)?)
+                    *slot.insert(self.add_vertices(&attributes, uv_transform, instance, &place)?)
                 }
             };
             let start = self.triangles.len();
@@ -107,7 +104,7 @@ impl<'a> Assembly<'a> {
     /// Appends the vertices of a set of accessors and returns the number of their block.
     fn add_vertices(
         &mut self,
-        attributes: BTreeMap<Semantic, Index<Accessor>>,
+        attributes: &BTreeMap<Semantic, Index<Accessor>>,
         uv_transform: Option<UvTransform>,
         instance: &Instance,
         place: &str,
@@ -138,8 +135,8 @@ impl<'a> Assembly<'a> {
             self.has_normals = true;
         }
         self.normals.resize(first + count, Vec3::zeros());
-        self.add_uvs(&attributes, uv_transform, first, count, place)?;
-        self.blocks.push(VertexBlock { first, rows: count, attributes, world_from_object });
+        self.add_uvs(attributes, uv_transform, first, count, place)?;
+        self.blocks.push(VertexBlock { first, rows: count, world_from_object });
         Ok(self.blocks.len() - 1)
     }
 
@@ -197,7 +194,7 @@ impl<'a> Assembly<'a> {
         block: usize,
         place: &str,
     ) -> Result<(), GltfError> {
-        let VertexBlock { first, rows, world_from_object, .. } = &self.blocks[block];
+        let VertexBlock { first, rows, world_from_object } = &self.blocks[block];
         let base = u32::try_from(*first).expect("bounded by MOST_VERTICES");
         let all = u32::try_from(*rows).expect("bounded by MOST_VERTICES");
         let indices = match primitive.indices {
@@ -234,7 +231,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    pub fn into_mesh(self, materials: Vec<Material>) -> Result<(Mesh, Vec<VertexBlock>), ReadProblem> {
+    pub fn into_mesh(self, materials: Vec<Material>) -> Result<Mesh, ReadProblem> {
         let mut mesh = Mesh::new(self.positions, self.triangles)?;
         if self.has_normals {
             mesh = mesh.with_normals(self.normals)?;
@@ -245,7 +242,7 @@ impl<'a> Assembly<'a> {
         if !self.parts.is_empty() {
             mesh = mesh.with_parts(self.parts, materials)?;
         }
-        Ok((mesh, self.blocks))
+        Ok(mesh)
     }
 }
 

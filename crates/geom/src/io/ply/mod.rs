@@ -3,6 +3,7 @@
 mod body;
 mod error;
 mod header;
+mod source;
 
 pub(crate) use body::{Element, Lists, Ply};
 pub use error::PlyError;
