@@ -1,5 +1,6 @@
 //! Principal curvature at the vertices of a surface.
 
+mod algebraic;
 mod auto;
 mod error_bar;
 mod estimate;
@@ -9,6 +10,7 @@ mod libigl;
 mod libigl_normals;
 mod local_fit;
 mod moments;
+mod normals;
 mod options;
 mod principal;
 mod quadric;
