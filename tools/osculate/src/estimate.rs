@@ -11,7 +11,8 @@ use osculate_geom::mesh::Weld;
 #[command(next_help_heading = "Estimator")]
 pub struct EstimateArgs {
     /// Estimator: `auto` finds neighbourhood and degree for the tolerance, vertex by vertex; `jet` fits a polynomial of
-    /// `--degree`; `quadric` is the cheapest fit; `libigl` repeats `igl::principal_curvature` number by number
+    /// `--degree`; `quadric` is the cheapest fit; `algebraic` fits spheres to positions and normals, for noise;
+    /// `normals` reads one ring of vertex normals, fast, for clean meshes; `libigl` repeats `igl::principal_curvature` number by number
     /// [default: auto, or jet where a degree or a neighbourhood is given; for `verify --reference` libigl]
     #[arg(long, value_enum, hide_possible_values = true)]
     method: Option<MethodArg>,
@@ -22,7 +23,7 @@ pub struct EstimateArgs {
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(2..=4))]
     degree: Option<u8>,
     /// Fit all vertices at most N edges away; for auto, go no further [default: 16 for auto, 3 for jet, 2 for quadric,
-    /// 5 for libigl]
+    /// 8 for algebraic, 5 for libigl; normals has 1]
     #[arg(long, value_name = "N", group = "neighbourhood", value_parser = clap::value_parser!(u32).range(1..=1000))]
     rings: Option<u32>,
     /// Fit all vertices within the distance R, in the mesh's units
@@ -50,6 +51,8 @@ enum MethodArg {
     Auto,
     Jet,
     Quadric,
+    Algebraic,
+    Normals,
     Libigl,
 }
 
@@ -65,6 +68,8 @@ impl From<MethodArg> for Method {
             MethodArg::Auto => Self::Auto,
             MethodArg::Jet => Self::Jet,
             MethodArg::Quadric => Self::Quadric,
+            MethodArg::Algebraic => Self::Algebraic,
+            MethodArg::Normals => Self::Normals,
             MethodArg::Libigl => Self::Libigl,
         }
     }
@@ -147,6 +152,8 @@ pub fn name(method: Method) -> &'static str {
         Method::Auto => "auto",
         Method::Jet => "jet",
         Method::Quadric => "quadric",
+        Method::Algebraic => "algebraic",
+        Method::Normals => "normals",
         Method::Libigl => "libigl",
     }
 }
@@ -164,6 +171,8 @@ pub fn describe(options: &CurvatureOptions) -> String {
     match options.method {
         Method::Auto => format!("{name}, tolerance {}, at most {neighbourhood}", options.tolerance),
         Method::Jet => format!("{name} of degree {}, {neighbourhood}", options.degree),
-        Method::Quadric | Method::Libigl => format!("{name}, {neighbourhood}"),
+        Method::Quadric | Method::Algebraic | Method::Normals | Method::Libigl => {
+            format!("{name}, {neighbourhood}")
+        }
     }
 }

@@ -47,7 +47,7 @@ fn json_on_standard_output_is_alone_there() {
 fn the_same_bits_for_any_number_of_threads() {
     let w = Workspace::new();
     w.write_obj("torus.obj", &shapes::torus(1.0, 0.4, 150, 60));
-    for method in ["auto", "jet", "quadric", "libigl"] {
+    for method in ["auto", "jet", "quadric", "algebraic", "normals", "libigl"] {
         w.ok(&format!("bake torus.obj -o one.glb --threads 1 --method {method}"));
         w.ok(&format!("bake torus.obj -o two.glb --threads 2 --method {method}"));
         assert!(w.read("one.glb") == w.read("two.glb"), "{method}");

@@ -8,10 +8,11 @@ use super::creases::Cut;
 use super::libigl_normals::libigl_vertex_normals;
 use super::local_fit::Cloud;
 use super::moments::Points;
+use super::normals;
 use super::walker::Walker;
 use super::{
-    CurvatureOptions, Features, Method, Neighbourhood, OptionsError, Status, VertexCurvature, auto, jet,
-    libigl, quadric,
+    CurvatureOptions, Features, Method, Neighbourhood, OptionsError, Status, VertexCurvature, algebraic,
+    auto, jet, libigl, quadric,
 };
 use crate::Vec3;
 use crate::mesh::{
@@ -90,6 +91,9 @@ impl Drop for Lease<'_, '_> {
 #[derive(Debug)]
 pub(crate) struct Prepared<'a> {
     pub(crate) positions: &'a [Vec3],
+    pub(super) triangles: &'a [[u32; 3]],
+    /// Triangles of each vertex; empty unless the method reads them.
+    pub(super) incident: Adjacency,
     pub(crate) ring: Adjacency,
     pub(crate) normals: Vec<Vec3>,
     fans: Vec<Fan>,
@@ -105,6 +109,7 @@ pub(crate) struct Scratch<'a> {
     pub(crate) points: Points,
     pub(super) cloud: Cloud,
     pub(super) levels: Vec<auto::Level>,
+    pub(super) faces: Vec<normals::Face>,
     /// Squared distances and vertices, to sort.
     pub(super) order: Vec<(f64, u32)>,
 }
@@ -116,24 +121,31 @@ impl<'a> Scratch<'a> {
             points: Points::default(),
             cloud: Cloud::default(),
             levels: Vec::new(),
+            faces: Vec::new(),
             order: Vec::new(),
         }
     }
 }
 
 impl<'a> Prepared<'a> {
-    fn new(positions: &'a [Vec3], triangles: &[[u32; 3]], options: &CurvatureOptions) -> Self {
+    fn new(positions: &'a [Vec3], triangles: &'a [[u32; 3]], options: &CurvatureOptions) -> Self {
         let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
-        let normals = match options.method {
+        let mut normals = match options.method {
             Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),
             _ => usable_normals(positions, triangles, &incident),
         };
+        if options.method == Method::Normals {
+            normals::make_exact_on_spheres(&mut normals, positions, triangles, &incident);
+        }
         let (ring, fans) = neighbours_and_fans(triangles, &incident);
         let neighbourhood = match options.neighbourhood() {
             Neighbourhood::MeanEdges(edges) => Neighbourhood::Radius(edges * mean_edge(positions, triangles)),
             other => other,
         };
-        Self { positions, ring, normals, fans, options: *options, neighbourhood }
+        // Given back early where it is not needed, which is most of what is held here.
+        let incident =
+            if options.method == Method::Normals { incident } else { Adjacency::from_blocks(Vec::new()) };
+        Self { positions, triangles, incident, ring, normals, fans, options: *options, neighbourhood }
     }
 
     fn estimate_vertex(&self, vertex: usize, scratch: &mut Scratch<'_>) -> VertexCurvature {
@@ -147,6 +159,8 @@ impl<'a> Prepared<'a> {
         let mut estimate = match (self.options.method, self.neighbourhood) {
             (Method::Libigl, hood) => libigl::estimate_vertex(self, vertex, hood, scratch),
             (Method::Quadric, hood) => quadric::estimate_vertex(self, vertex, hood, scratch),
+            (Method::Algebraic, hood) => algebraic::estimate_vertex(self, vertex, hood, scratch),
+            (Method::Normals, _) => normals::estimate_vertex(self, vertex, scratch),
             (Method::Auto, Neighbourhood::Rings(rings)) => {
                 auto::estimate_vertex(self, vertex, self.options.tolerance, rings, scratch)
             }

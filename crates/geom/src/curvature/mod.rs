@@ -1,5 +1,6 @@
 //! Principal curvature at the vertices of a surface.
 
+mod algebraic;
 mod auto;
 mod creases;
 mod error_bar;
@@ -10,6 +11,7 @@ mod libigl;
 mod libigl_normals;
 mod local_fit;
 mod moments;
+mod normals;
 mod options;
 mod principal;
 mod quadric;

@@ -13,6 +13,10 @@ pub enum Method {
     Quadric,
     /// A polynomial fit of degree 2 to 4 of heights bent by the curvature itself.
     Jet,
+    /// An algebraic sphere fitted to positions and normals, and the differential of its gradient: for noise.
+    Algebraic,
+    /// The change of vertex normals over one ring: fast, for clean meshes. Takes no neighbourhood but one ring.
+    Normals,
     /// Jets whose neighbourhood and degree are chosen vertex by vertex for the tolerance.
     #[default]
     Auto,
@@ -20,7 +24,8 @@ pub enum Method {
 
 impl Method {
     /// All estimators, for tests and studies that must hold for every one.
-    pub const ALL: [Self; 4] = [Self::Libigl, Self::Quadric, Self::Jet, Self::Auto];
+    pub const ALL: [Self; 6] =
+        [Self::Libigl, Self::Quadric, Self::Jet, Self::Algebraic, Self::Normals, Self::Auto];
 }
 
 /// What to do at sharp creases.
@@ -66,8 +71,8 @@ impl Neighbourhood {
 pub struct CurvatureOptions {
     /// Which estimator runs. Default: [`Method::Quadric`].
     pub method: Method,
-    /// Which vertices a fit sees. `None`, the default, takes the method's own: 5 rings for `libigl` (as libigl does) and
-    /// 2 for `quadric`.
+    /// Which vertices a fit sees. `None`, the default, takes the method's own: 5 rings for `libigl` (as libigl does), 2
+    /// for `quadric`, 3 for `jet`, 8 for `algebraic`, 1 for `normals`, at most 16 for `auto`.
     pub neighbourhood: Option<Neighbourhood>,
     /// Degree of [`Method::Jet`], 2 to 4. Default: 4.
     #[serde(default = "default_degree")]
@@ -121,6 +126,9 @@ pub enum OptionsError {
     /// `auto` with a neighbourhood that is no bound on its rings.
     #[error("auto chooses the neighbourhood itself: only a number of rings can bound it")]
     AutoTakesRings,
+    /// `normals` with another neighbourhood than one ring.
+    #[error("normals sees one ring; take another method for a larger neighbourhood")]
+    NormalsTakesOneRing,
 }
 
 impl CurvatureOptions {
@@ -131,6 +139,8 @@ impl CurvatureOptions {
             Method::Libigl => Neighbourhood::Rings(5),
             Method::Quadric => Neighbourhood::Rings(2),
             Method::Jet => Neighbourhood::Rings(3),
+            Method::Algebraic => Neighbourhood::Rings(8),
+            Method::Normals => Neighbourhood::Rings(1),
             Method::Auto => Neighbourhood::Rings(16),
         })
     }
@@ -139,7 +149,7 @@ impl CurvatureOptions {
     ///
     /// # Errors
     ///
-    /// Zero rings, or a radius that is not positive and finite.
+    /// Zero rings, a radius that is not positive and finite, or what else [`OptionsError`] lists.
     pub fn validate(&self) -> Result<(), OptionsError> {
         if !(2..=4).contains(&self.degree) {
             return Err(OptionsError::Degree(self.degree));
@@ -148,6 +158,9 @@ impl CurvatureOptions {
             return Err(OptionsError::Tolerance(self.tolerance));
         }
         match self.neighbourhood() {
+            hood if self.method == Method::Normals && hood != Neighbourhood::Rings(1) => {
+                Err(OptionsError::NormalsTakesOneRing)
+            }
             Neighbourhood::Rings(0) => Err(OptionsError::NoRings),
             Neighbourhood::Rings(_) => Ok(()),
             _ if self.method == Method::Auto => Err(OptionsError::AutoTakesRings),
@@ -171,8 +184,10 @@ mod tests {
             Method::Libigl => 0,
             Method::Quadric => 1,
             Method::Jet => 2,
-            Method::Auto => 3,
+            Method::Algebraic => 3,
+            Method::Normals => 4,
+            Method::Auto => 5,
         };
-        assert_eq!(Method::ALL.map(number), [0, 1, 2, 3]);
+        assert_eq!(Method::ALL.map(number), [0, 1, 2, 3, 4, 5]);
     }
 }

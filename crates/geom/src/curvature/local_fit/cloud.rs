@@ -48,7 +48,6 @@ impl Cloud {
         self.len
     }
 
-    #[cfg(test)]
     /// World-space offset of a point from the vertex.
     pub(crate) fn offset(&self, index: usize) -> Vec3 {
         Vec3::new(self.rows[0][index], self.rows[1][index], self.rows[2][index])

@@ -23,6 +23,7 @@ pub struct Setting {
 pub fn settings(quick: bool) -> Vec<Setting> {
     let rings: &[u32] = if quick { &[2, 5] } else { &[2, 3, 4, 5, 6, 8] };
     let jet_rings: &[u32] = if quick { &[3] } else { &[2, 3, 4, 6, 8, 11] };
+    let algebraic_rings: &[u32] = if quick { &[8] } else { &[4, 5, 6, 8, 10] };
     let tolerances: &[f64] = if quick { &[0.01] } else { &[0.1, 0.01, 0.001, 0.0001] };
     Method::ALL
         .into_iter()
@@ -31,6 +32,8 @@ pub fn settings(quick: bool) -> Vec<Setting> {
             Method::Jet => (2..=4)
                 .flat_map(|degree| jet_rings.iter().map(move |&rings| with_degree(degree, rings)))
                 .collect(),
+            Method::Algebraic => algebraic_rings.iter().map(|&rings| with_rings(method, rings)).collect(),
+            Method::Normals => vec![with_rings(method, 1)],
             _ => rings.iter().map(|&rings| with_rings(method, rings)).collect::<Vec<_>>(),
         })
         .collect()
