@@ -214,7 +214,7 @@ fn thin_box(n: u32, keep: impl Fn(u32) -> bool) -> Mesh {
             }
         }
     }
-    Mesh::new((0..2 * side * side).map(point).collect(), triangles).unwrap()
+    Mesh::new((0..2 * side * side).map(point).collect(), triangles).expect("finite points, indices in range")
 }
 
 #[test]

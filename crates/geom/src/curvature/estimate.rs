@@ -40,11 +40,13 @@ pub fn estimate(
     options.validate()?;
     let (positions, triangles) = (surface.positions(), surface.triangles());
     let keep = options.features == Features::Keep && options.method != Method::Libigl;
-    let cut = if keep { Cut::along_creases(positions, triangles) } else { None };
+    let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
+    let cut = if keep { Cut::along_creases(positions, triangles, &incident) } else { None };
     Ok(match cut {
-        None => estimate_all(positions, triangles, options),
+        None => estimate_all(positions, triangles, incident, options),
         Some(cut) => {
-            let estimates = estimate_all(&cut.positions, &cut.triangles, options);
+            let incident = Adjacency::triangles_of_vertices(&cut.triangles, cut.positions.len());
+            let estimates = estimate_all(&cut.positions, &cut.triangles, incident, options);
             cut.join(estimates, positions.len())
         }
     })
@@ -53,9 +55,10 @@ pub fn estimate(
 fn estimate_all(
     positions: &[Vec3],
     triangles: &[[u32; 3]],
+    incident: Adjacency,
     options: &CurvatureOptions,
 ) -> Vec<VertexCurvature> {
-    let prepared = Prepared::new(positions, triangles, options);
+    let prepared = Prepared::new(positions, triangles, incident, options);
     let pool = Mutex::new(Vec::new());
     // Collecting in parallel also touches the result's memory for the first time in parallel.
     let vertices = (0..positions.len()).into_par_iter().with_min_len(BLOCK);
@@ -128,8 +131,12 @@ impl<'a> Scratch<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(positions: &'a [Vec3], triangles: &'a [[u32; 3]], options: &CurvatureOptions) -> Self {
-        let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
+    fn new(
+        positions: &'a [Vec3],
+        triangles: &'a [[u32; 3]],
+        incident: Adjacency,
+        options: &CurvatureOptions,
+    ) -> Self {
         let mut normals = match options.method {
             Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),
             _ => usable_normals(positions, triangles, &incident),

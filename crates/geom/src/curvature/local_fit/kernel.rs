@@ -236,17 +236,17 @@ mod tests {
     fn equals_plain_sums() {
         let (cloud, view) = (cloud(37), view());
         let moments = accumulate::<4>(&cloud, 37, &view);
-        for (p, q) in [(1, 0), (8, 0), (3, 1), (2, 2), (0, 8), (4, 4), (7, 1)] {
+        for (p, q) in [(1_usize, 0_usize), (8, 0), (3, 1), (2, 2), (0, 8), (4, 4), (7, 1)] {
             let sum: f64 = (0..37)
                 .map(|i| {
                     let x = (cloud.offset(i) - view.origin) / view.length;
                     let (u, v) = (x.dot(&view.frame.t), x.dot(&view.frame.s));
                     let w = view.frame.n.dot(&cloud.normal(i)).max(0.0)
                         * (1.0 - 0.9 * cloud.squared(i) * view.inverse_squared);
-                    if w > 0.0 { w * u.powi(p) * v.powi(q) } else { 0.0 }
+                    if w > 0.0 { w * u.powf(p as f64) * v.powf(q as f64) } else { 0.0 }
                 })
                 .sum();
-            let found = moments.rows[q as usize][(p - i32::from(q == 0)) as usize];
+            let found = moments.rows[q][p - usize::from(q == 0)];
             assert!((found - sum).abs() < 1e-13 * moments.weight, "u^{p} v^{q}: {found} {sum}");
         }
     }
