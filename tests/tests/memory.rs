@@ -13,7 +13,7 @@ fn estimate_takes_at_most_200_bytes_a_vertex() {
     let vertices = mesh.positions().len() as f64;
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        for method in [Method::Libigl, Method::Quadric] {
+        for method in Method::ALL {
             ALLOCATOR.reset_peak_usage();
             let before = ALLOCATOR.current_usage();
             let options = CurvatureOptions { method, ..CurvatureOptions::default() };

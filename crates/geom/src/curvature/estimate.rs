@@ -175,6 +175,12 @@ impl<'a> Prepared<'a> {
                 jet::estimate_vertex(self, vertex, usize::from(self.options.degree), hood, scratch)
             }
         };
+        // A fit to points that do not lie on one sheet may be turned over; it says nothing about the surface then.
+        let outward = &self.normals[vertex as usize];
+        let turned = estimate.principal.is_some_and(|p| p.normal().dot(outward) <= 0.0);
+        if turned && self.options.method != Method::Libigl {
+            estimate = VertexCurvature::undetermined(Status::RankDeficient);
+        }
         estimate.status = estimate.status.worse(status);
         estimate
     }
