@@ -76,9 +76,15 @@ fn frame(prepared: &Prepared<'_>, vertex: u32) -> Option<Frame> {
     let n = prepared.normals[vertex as usize];
     let &first = prepared.ring.row(vertex as usize).first()?;
     let edge = prepared.positions[first as usize] - prepared.positions[vertex as usize];
-    let t = (edge - n * n.dot(&edge)).try_normalize(0.0)?;
-    let s = n.cross(&t).try_normalize(0.0)?;
+    let t = unit(&(edge - n * n.dot(&edge)))?;
+    let s = unit(&n.cross(&t))?;
     Some(Frame { t, s, n })
+}
+
+/// A unit vector, also where the squares of the coordinates would overflow or lose digits.
+fn unit(v: &Vec3) -> Option<Vec3> {
+    let largest = v.amax();
+    if SOUND_LENGTHS.contains(&largest) { v.try_normalize(0.0) } else { (v / largest).try_normalize(0.0) }
 }
 
 /// The members as points, of weight one where the projection-plane rule keeps them and zero where it does not.
