@@ -128,12 +128,23 @@ fn places() -> Vec<HardCase> {
             check: |outcome| {
                 // f32 at 1e3 is 6.1e-5 apart, 5e-4 of an edge; see the noise cases for what that does.
                 let base = outcome.again(&torus());
-                tensors(outcome, |v| tensor(&base[v]), 1.0, 0.1)
+                if outcome.method != Method::Auto {
+                    return tensors(outcome, |v| tensor(&base[v]), 1.0, 0.05);
+                }
+                // On a mesh this coarse the rounding makes `auto` take another neighbourhood here and there, and the bias of
+                // the two differs: 5.6 % was seen. What it must not do is to be surer than that.
+                for (one, two) in std::iter::zip(&outcome.estimates, &base) {
+                    let difference =
+                        (tensor(one).unwrap_or_default() - tensor(two).unwrap_or_default()).amax();
+                    let honest = difference <= (0.05 * 2.5_f64).max(one.error + two.error);
+                    ensure(honest, || format!("{difference} apart: {one:?} and {two:?}"))?;
+                }
+                Ok(())
             },
             ..HardCase::new(
                 "offset_1e3_in_f32",
                 "the torus at 1e3 in single precision, as a file may force it: coordinates are 6.1e-5 apart, 5e-4 of an edge",
-                "what that rounding leaves: 10 % of kappa_max",
+                "what that rounding leaves: 5 % of kappa_max, or for `auto` what the stated errors allow, since it may take another neighbourhood",
                 || in_f32(1e3),
             )
         },

@@ -20,15 +20,12 @@
 use super::estimate::{Prepared, Scratch};
 use super::local_fit::Cloud;
 use super::shape_operator::{Frame, Symmetric};
-use super::support::{Reach, gather, reference_normal, shorten};
-use super::{Neighbourhood, Principal, Status, VertexCurvature};
+use super::support::{Attempt, NEAREST, Reach, enlarging, gather, reference_normal, shorten};
+use super::{Neighbourhood, Principal, VertexCurvature};
 use crate::{Mat3, Vec3};
 
 /// As for a quadric: fewer points than this say nothing about the quality of the fit.
 const LEAST_POINTS: usize = 7;
-
-/// How many times a neighbourhood that does not determine the fit is enlarged.
-const ENLARGEMENTS: u32 = 6;
 
 /// Squared support of the weights over the squared distance of the farthest neighbour. At 1 that neighbour would weigh nothing;
 /// much above 1, weights end in a step where the neighbourhood does, and its derivative is missed.
@@ -50,33 +47,20 @@ pub(super) fn estimate_vertex(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    if prepared.normals[vertex as usize] == Vec3::zeros() {
-        return VertexCurvature::undetermined(Status::Isolated);
-    }
-    let mut previous = 0;
-    let mut status = Status::FewNeighbours;
-    for step in 0..=ENLARGEMENTS {
-        let whole = gather(prepared, vertex, neighbourhood.enlarged(step), scratch);
-        if whole.count == previous {
-            break; // The component is exhausted.
-        }
-        previous = whole.count;
-        if whole.count < LEAST_POINTS {
-            continue;
-        }
-        status = Status::RankDeficient;
-        if let Some((principal, error, length)) = fit(scratch, whole) {
-            let error = error + prepared.rounding_error(vertex, length);
-            return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
-        }
-    }
-    VertexCurvature::undetermined(status)
+    enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
+        let whole = gather(prepared, vertex, neighbourhood, scratch);
+        let attempt = if whole.count < LEAST_POINTS {
+            Attempt::TooFew
+        } else {
+            fit(scratch, whole).unwrap_or(Attempt::Undetermined)
+        };
+        (whole.count, attempt)
+    })
 }
 
-/// Curvature, its error, and the length of the neighbourhood.
-fn fit(scratch: &Scratch<'_>, whole: Reach) -> Option<(Principal, f64, f64)> {
+fn fit(scratch: &Scratch<'_>, whole: Reach) -> Option<Attempt> {
     let cloud = &scratch.cloud;
-    let normal = reference_normal(cloud, whole.count.min(7))?;
+    let normal = reference_normal(cloud, whole.count.min(NEAREST));
     let length = cloud.extent(whole.count)?;
     let operator = shape_operator(cloud, whole.count, &normal, length)?;
     let (tensor, principal) = operator.principal()?;
@@ -92,7 +76,7 @@ fn fit(scratch: &Scratch<'_>, whole: Reach) -> Option<(Principal, f64, f64)> {
     };
     let error = OF_CHANGE * change / length;
     let finite = principal.kappa_max.is_finite() && principal.kappa_min.is_finite() && error.is_finite();
-    finite.then_some((principal, error, length))
+    finite.then_some(Attempt::Fitted { principal, error, length })
 }
 
 /// Differential of the field of gradients, and the gradient, at the point of evaluation; in units of the neighbourhood.

@@ -10,14 +10,13 @@
 use super::error_bar::{ErrorBar, error_bar, next_guess};
 use super::estimate::{Prepared, Scratch};
 use super::local_fit::{Cloud, Guess, LocalFit};
-use super::support::{Reach, gather_rings, grow_rings, reach_of_ring, reference_normal};
+use super::support::{LEAST_FACING, Reach, gather_rings, grow_rings, reach_of_ring, reference_normal};
 use super::{Status, VertexCurvature};
-use crate::Vec3;
 
 /// Rings of the first level.
 const FIRST_RINGS: u32 = 3;
-/// Rings of the further levels; areas about double. The last is never reached, it ends the climb.
-const LATER_RINGS: [u32; 6] = [4, 6, 8, 11, 16, u32::MAX];
+/// Rings of the further levels; areas about double.
+const LATER_RINGS: [u32; 5] = [4, 6, 8, 11, 16];
 
 /// A curvature whose sagitta over the neighbourhood is this share of its radius counts as flat: the tolerance is
 /// relative to the curvature, or to this one if that is larger. Otherwise a plane could not be had to any tolerance.
@@ -56,15 +55,19 @@ pub(super) fn estimate_vertex(
     most_rings: u32,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    if prepared.normals[vertex as usize] == Vec3::zeros() {
-        return VertexCurvature::undetermined(Status::Isolated);
-    }
     let mut levels = std::mem::take(&mut scratch.levels);
-    let estimate = climb(prepared, vertex, tolerance, most_rings, scratch, &mut levels);
+    levels.clear();
+    let gathered = climb(prepared, vertex, tolerance, most_rings, scratch, &mut levels);
+    let estimate = match choose(&levels) {
+        Some(choice) => choice.estimate(prepared, vertex, &levels, tolerance),
+        None if gathered <= LocalFit::unknowns(2) => VertexCurvature::undetermined(Status::FewNeighbours),
+        None => VertexCurvature::undetermined(Status::RankDeficient),
+    };
     scratch.levels = levels;
     estimate
 }
 
+/// Adds levels until one holds the tolerance or larger ones are no use; how many vertices the last one has.
 fn climb(
     prepared: &Prepared<'_>,
     vertex: u32,
@@ -72,66 +75,50 @@ fn climb(
     most_rings: u32,
     scratch: &mut Scratch<'_>,
     levels: &mut Vec<Level>,
-) -> VertexCurvature {
-    levels.clear();
+) -> usize {
     let mut reach = gather_rings(prepared, vertex, FIRST_RINGS.min(most_rings), scratch);
-    let Some(mut guess) = flat_guess(scratch) else {
-        return VertexCurvature::undetermined(Status::Isolated);
-    };
-    let mut rings = FIRST_RINGS;
-    for next in LATER_RINGS {
-        let mut trend = Trend::Noise;
-        if let Some(level) = Level::new(&scratch.cloud, reach, &guess) {
-            levels.push(level);
-            trend = level.trend();
-            guess = level.next_guess().unwrap_or(guess);
-            let holds = choose(levels).is_some_and(|first| first.holds(levels, tolerance));
-            if rings == FIRST_RINGS && !holds && level.certainty() > CERTAIN {
-                let near = reach_of_ring(&scratch.walker, FIRST_RINGS - 1);
-                // Levels stay in order of size.
-                levels.splice(0..0, Level::new(&scratch.cloud, near, &guess));
-                if choose(levels).is_some_and(|choice| choice.level + 1 < levels.len()) {
-                    trend = Trend::Bias;
-                }
+    let mut guess = flat_guess(scratch);
+    let mut later = LATER_RINGS.into_iter();
+    loop {
+        let level = Level::new(&scratch.cloud, reach, &guess);
+        levels.extend(level);
+        guess = level.and_then(|level| level.next_guess()).unwrap_or(guess);
+        let mut choice = choose(levels);
+        let first = later.len() == LATER_RINGS.len();
+        let unmet = choice.is_some_and(|choice| !choice.holds(levels, tolerance));
+        if first && unmet && levels[0].certainty() > CERTAIN {
+            // Noise makes smaller neighbourhoods worse, so where a smaller one is better, larger ones are no use.
+            let near = reach_of_ring(&scratch.walker, FIRST_RINGS - 1);
+            levels.splice(0..0, Level::new(&scratch.cloud, near, &guess));
+            choice = choose(levels);
+            if choice.is_some_and(|choice| choice.level + 1 < levels.len()) {
+                return reach.count;
             }
         }
-        if let Some(choice) = choose(levels) {
-            if choice.holds(levels, tolerance) {
-                return choice.estimate(prepared, vertex, levels, Status::Ok);
-            }
-            if choice.level + 2 < levels.len() {
-                break; // Two larger neighbourhoods were no better.
-            }
+        let done = choice.is_some_and(|choice| {
+            // Two larger neighbourhoods were no better, or it is good enough.
+            choice.level + 2 < levels.len() || choice.holds(levels, tolerance)
+        });
+        let trend = level.map_or(Trend::Noise, |level| level.trend());
+        let Some(rings) = later.next().filter(|&rings| rings <= most_rings) else { return reach.count };
+        if done || trend == Trend::Bias {
+            return reach.count;
         }
-        if trend == Trend::Bias || next > most_rings {
-            break;
-        }
-        rings = next;
         let previous = reach.count;
         reach = grow_rings(prepared, vertex, rings, scratch);
         if reach.count == previous {
-            break; // The component is exhausted.
+            return reach.count; // The component is exhausted.
         }
     }
-    let Some(choice) = choose(levels) else {
-        let few = reach.count <= LocalFit::unknowns(2);
-        return VertexCurvature::undetermined(if few {
-            Status::FewNeighbours
-        } else {
-            Status::RankDeficient
-        });
-    };
-    let status = if choice.holds(levels, tolerance) { Status::Ok } else { Status::OverTolerance };
-    choice.estimate(prepared, vertex, levels, status)
 }
 
-/// The guess that a flat fit of degree 2 on the inner rings gives; `None` without a normal.
-fn flat_guess(scratch: &Scratch<'_>) -> Option<Guess> {
+/// The guess that a flat fit of degree 2 on the inner rings gives.
+fn flat_guess(scratch: &Scratch<'_>) -> Guess {
     let one = reach_of_ring(&scratch.walker, 1);
     let two = reach_of_ring(&scratch.walker, 2);
-    let normal = Guess::from_normal(reference_normal(&scratch.cloud, one.count)?);
+    let normal = Guess::from_normal(reference_normal(&scratch.cloud, one.count));
     let fit = LocalFit::new(&scratch.cloud, two.count, two.farthest, 2, &normal);
-    Some(fit.and_then(|fit| next_guess(&fit, 2)).unwrap_or(normal))
+    fit.and_then(|fit| next_guess(&fit, 2)).unwrap_or(normal)
 }
 
 /// What makes the fits of a level wrong.
@@ -146,7 +133,8 @@ impl Level {
     fn new(cloud: &Cloud, reach: Reach, guess: &Guess) -> Option<Self> {
         let outward = cloud.normal(0);
         let fit = LocalFit::new(cloud, reach.count, reach.farthest, 4, guess)?;
-        let bars = [2, 3, 4].map(|degree| error_bar(&fit, degree).filter(|_| fit.faces(degree, &outward)));
+        let faces_out = |degree| fit.facing(degree, &outward).is_some_and(|facing| facing > LEAST_FACING);
+        let bars = [2, 3, 4].map(|degree| error_bar(&fit, degree).filter(|_| faces_out(degree)));
         bars.iter().any(Option::is_some).then_some(Self { fit, bars })
     }
 
@@ -216,10 +204,11 @@ impl Choice {
         prepared: &Prepared<'_>,
         vertex: u32,
         levels: &[Level],
-        status: Status,
+        tolerance: f64,
     ) -> VertexCurvature {
         let fit = &levels[self.level].fit;
         let error = self.bar.stated() + prepared.rounding_error(vertex, fit.length);
+        let status = if self.holds(levels, tolerance) { Status::Ok } else { Status::OverTolerance };
         match fit.principal(self.degree) {
             Some(principal) => VertexCurvature { principal: Some(principal), error, status },
             None => VertexCurvature::undetermined(Status::RankDeficient),

@@ -3,9 +3,8 @@
 use super::error_bar::{error_bar, next_guess};
 use super::estimate::{Prepared, Scratch};
 use super::local_fit::{Guess, LocalFit};
-use super::support::{Reach, gather, reference_normal, shorten};
-use super::{Neighbourhood, Status, VertexCurvature};
-use crate::Vec3;
+use super::support::{Attempt, NEAREST, Reach, enlarging, gather, reference_normal, shorten};
+use super::{Neighbourhood, VertexCurvature};
 
 /// Points of the first, flat fit: two rings of a regular mesh. The neighbourhood then grows by this factor a fit, each
 /// bent by the curvature of the one before.
@@ -14,9 +13,6 @@ const GROWTH: usize = 2;
 /// Degree of those fits.
 const BENDING_DEGREE: usize = 2;
 
-/// How many times a neighbourhood that does not determine the fit is enlarged.
-const ENLARGEMENTS: u32 = 6;
-
 pub(super) fn estimate_vertex(
     prepared: &Prepared<'_>,
     vertex: u32,
@@ -24,34 +20,21 @@ pub(super) fn estimate_vertex(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    if prepared.normals[vertex as usize] == Vec3::zeros() {
-        return VertexCurvature::undetermined(Status::Isolated);
-    }
-    let mut previous = 0;
-    let mut status = Status::FewNeighbours;
-    for step in 0..=ENLARGEMENTS {
-        let whole = gather(prepared, vertex, neighbourhood.enlarged(step), scratch);
-        if whole.count == previous {
-            break; // The component is exhausted.
-        }
-        previous = whole.count;
-        if whole.count <= LocalFit::unknowns(degree) {
-            continue;
-        }
-        status = Status::RankDeficient;
-        if let Some(estimate) = fit(scratch, whole, degree) {
-            let rounding = prepared.rounding_error(vertex, estimate.1);
-            let error = estimate.0.error + rounding;
-            return VertexCurvature { error, ..estimate.0 };
-        }
-    }
-    VertexCurvature::undetermined(status)
+    enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
+        let whole = gather(prepared, vertex, neighbourhood, scratch);
+        let attempt = if whole.count <= LocalFit::unknowns(degree) {
+            Attempt::TooFew
+        } else {
+            fit(scratch, whole, degree).unwrap_or(Attempt::Undetermined)
+        };
+        (whole.count, attempt)
+    })
 }
 
-/// Fits ever larger parts of the cloud; the last fit's curvature with its error, and its length.
-fn fit(scratch: &Scratch<'_>, whole: Reach, degree: usize) -> Option<(VertexCurvature, f64)> {
+/// Fits ever larger parts of the cloud; what the last fit says.
+fn fit(scratch: &Scratch<'_>, whole: Reach, degree: usize) -> Option<Attempt> {
     let cloud = &scratch.cloud;
-    let mut guess = Guess::from_normal(reference_normal(cloud, whole.count.min(7))?);
+    let mut guess = Guess::from_normal(reference_normal(cloud, whole.count.min(NEAREST)));
     let mut points = FIRST_POINTS;
     loop {
         let reach = shorten(scratch, whole, points);
@@ -63,10 +46,11 @@ fn fit(scratch: &Scratch<'_>, whole: Reach, degree: usize) -> Option<(VertexCurv
             break;
         }
     }
-    // One degree more where there are enough points: the change tells the error.
-    let check = if whole.count > LocalFit::unknowns(degree + 1) { (degree + 1).min(4) } else { degree };
-    let fit = LocalFit::new(cloud, whole.count, whole.farthest, check, &guess)?;
-    let principal = fit.principal(degree).filter(|_| fit.faces(degree, &cloud.normal(0)))?;
+    // One degree more where there is one, and enough points: the change tells the error.
+    let higher = (degree + 1).min(4);
+    let highest = if whole.count > LocalFit::unknowns(higher) { higher } else { degree };
+    let fit = LocalFit::new(cloud, whole.count, whole.farthest, highest, &guess)?;
+    let principal = fit.principal(degree)?;
     let error = error_bar(&fit, degree)?.stated();
-    Some((VertexCurvature { principal: Some(principal), error, status: Status::Ok }, fit.length))
+    Some(Attempt::Fitted { principal, error, length: fit.length })
 }

@@ -58,17 +58,13 @@ pub(super) fn estimate_vertex(
     vertex: u32,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    let normal = prepared.normals[vertex as usize];
-    if normal == Vec3::zeros() {
-        return VertexCurvature::undetermined(Status::Isolated);
-    }
     let ring = prepared.ring.row(vertex as usize);
     if ring.len() < LEAST_POINTS - 1 && scratch.walker.rings(vertex, 2).len() < LEAST_POINTS {
         return VertexCurvature::undetermined(Status::FewNeighbours);
     }
     let origin = prepared.positions[vertex as usize];
     let length = ring.iter().map(|&v| (prepared.positions[v as usize] - origin).amax()).fold(0.0, f64::max);
-    let frame = Frame::around(normal);
+    let frame = Frame::around(prepared.normals[vertex as usize]);
     scratch.faces.clear();
     for &triangle in prepared.incident.row(vertex as usize) {
         scratch.faces.extend(face(prepared, vertex, prepared.triangles[triangle as usize], &frame, length));

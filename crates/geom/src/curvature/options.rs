@@ -69,7 +69,7 @@ impl Neighbourhood {
 /// What to estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CurvatureOptions {
-    /// Which estimator runs. Default: [`Method::Quadric`].
+    /// Which estimator runs. Default: [`Method::Auto`].
     pub method: Method,
     /// Which vertices a fit sees. `None`, the default, takes the method's own: 5 rings for `libigl` (as libigl does), 2
     /// for `quadric`, 3 for `jet`, 8 for `algebraic`, 1 for `normals`, at most 16 for `auto`.

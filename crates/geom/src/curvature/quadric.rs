@@ -3,8 +3,8 @@
 use super::estimate::{Prepared, Scratch};
 use super::moments::{Moments, Points, Solution};
 use super::shape_operator::{Frame, curvatures_of_height, principal_of_height};
-use super::{Neighbourhood, Principal, Status, VertexCurvature};
-use crate::Vec3;
+use super::support::{Attempt, enlarging};
+use super::{Neighbourhood, VertexCurvature};
 
 /// A fit has five coefficients; one more neighbour leaves a residual to judge it by.
 const LEAST_NEIGHBOURS: usize = 6;
@@ -13,14 +13,6 @@ const LEAST_NEIGHBOURS: usize = 6;
 /// far as the fit can tell. Smaller: coefficients carry more than 1e-9 of rounding, magnified geometry errors long
 /// before that. Larger: anisotropic but sound neighbourhoods (aspect 30) would be enlarged.
 const LEAST_PIVOT: f64 = 1e-7;
-
-/// Steepest slope of a fit against the vertex normal. Beyond it the fitted surface stands on edge: the part of its normal along
-/// the vertex's comes near rounding, and which side is outside is lost. Meshes that are anything stay below 1e3.
-const STEEPEST: f64 = 1e7;
-
-/// How many times a neighbourhood that does not determine the fit is enlarged. A two-row strip needs one; a long one-
-/// triangle-wide ribbon would go on to its end.
-const ENLARGEMENTS: u32 = 6;
 
 /// Squared relative distance that divides the inner neighbours from the outer ones: the inner ones are the first of two
 /// rings, or the first three of five.
@@ -36,43 +28,17 @@ pub(crate) fn estimate_vertex(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    let normal = prepared.normals[vertex as usize];
-    if normal == Vec3::zeros() {
-        return VertexCurvature::undetermined(Status::Isolated);
-    }
-    let frame = Frame::around(normal);
-    let mut status = Status::FewNeighbours;
-    let mut previous = 0;
-    for step in 0..=ENLARGEMENTS {
-        let gathered = gather(vertex, neighbourhood.enlarged(step), scratch);
-        if gathered == previous {
-            break; // The component is exhausted.
-        }
-        previous = gathered;
+    let frame = Frame::around(prepared.normals[vertex as usize]);
+    enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
+        let gathered = scratch.walker.gather(vertex, neighbourhood).len();
         let inner = weigh(prepared, vertex, &frame, scratch);
-        if scratch.points.len() < LEAST_NEIGHBOURS {
-            continue;
-        }
-        status = Status::RankDeficient;
-        let Some(length) = scratch.points.extent() else { continue };
-        if let Some((principal, error)) = fit(&scratch.points, inner, length, &frame) {
-            let error = error + prepared.rounding_error(vertex, length);
-            return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
-        }
-    }
-    VertexCurvature::undetermined(status)
-}
-
-/// Fills the walker's members; how many there are.
-fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) -> usize {
-    let walker = &mut scratch.walker;
-    match neighbourhood {
-        Neighbourhood::Rings(rings) => walker.rings(vertex, rings).len(),
-        Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => {
-            walker.within(vertex, radius).len()
-        }
-        Neighbourhood::Nearest(count) => walker.within_at_least(vertex, 0.0, count as usize + 1).len(),
-    }
+        let attempt = if scratch.points.len() < LEAST_NEIGHBOURS {
+            Attempt::TooFew
+        } else {
+            fit(&scratch.points, inner, &frame).unwrap_or(Attempt::Undetermined)
+        };
+        (gathered, attempt)
+    })
 }
 
 /// Writes the members as weighted points, the inner ones first; how many of those there are.
@@ -129,14 +95,12 @@ fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scra
     inner
 }
 
-/// The curvature of all points together and its estimated error, 1/length; `None` if they do not determine it.
-fn fit(points: &Points, inner: usize, length: f64, frame: &Frame) -> Option<(Principal, f64)> {
+/// The curvature of all points together and its estimated error; `None` if they do not determine it.
+fn fit(points: &Points, inner: usize, frame: &Frame) -> Option<Attempt> {
+    let length = points.extent()?;
     let near = Moments::accumulate(points, 0..inner, frame, length);
     let all = near.plus(&Moments::accumulate(points, inner..points.len(), frame, length));
     let solution = all.solve(LEAST_PIVOT)?;
-    if solution.height.d.hypot(solution.height.e) > STEEPEST {
-        return None;
-    }
     let principal = principal_of_height(&solution.height, length, frame);
     if !(principal.kappa_max.is_finite() && principal.kappa_min.is_finite()) {
         return None;
@@ -149,7 +113,7 @@ fn fit(points: &Points, inner: usize, length: f64, frame: &Frame) -> Option<(Pri
         // Without outer points there is nothing to compare with, as without inner ones.
         if reach > near_reach { change * reach / (reach - near_reach) } else { 0.0 }
     });
-    Some((principal, noise.hypot(bias)))
+    Some(Attempt::Fitted { principal, error: noise.hypot(bias), length })
 }
 
 /// One standard error of the worse curvature in units of the neighbourhood, from the residuals of the fit, for heights

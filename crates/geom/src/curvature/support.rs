@@ -1,9 +1,9 @@
 //! Which neighbours a fit sees, as a cloud that starts near the vertex and can be cut short anywhere.
 
-use super::Neighbourhood;
 use super::estimate::{Prepared, Scratch};
 use super::local_fit::Cloud;
 use super::walker::Walker;
+use super::{Neighbourhood, Principal, Status, VertexCurvature};
 use crate::Vec3;
 
 /// A part of the cloud: its first `count` points, the farthest at the squared distance `farthest`.
@@ -11,6 +11,59 @@ use crate::Vec3;
 pub(super) struct Reach {
     pub(super) count: usize,
     pub(super) farthest: f64,
+}
+
+/// Points around a vertex that its first normal is taken from: the vertex and one ring of a regular mesh.
+pub(super) const NEAREST: usize = 7;
+
+/// How many times a neighbourhood that does not determine a fit is enlarged. A two-row strip needs one; a long ribbon of the
+/// width of a triangle would go on to its end.
+const ENLARGEMENTS: u32 = 6;
+
+/// Least part of a fitted surface's unit normal along the vertex's own. Points that do not lie on one sheet may stand on edge or
+/// turn a fit over; nearer to zero than this, rounding decides which side is outside. Meshes that are anything stay over 1e-3.
+pub(super) const LEAST_FACING: f64 = 1e-7;
+
+/// What came of fitting one neighbourhood.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Attempt {
+    /// There are fewer neighbours than the fit needs.
+    TooFew,
+    /// They do not determine it.
+    Undetermined,
+    /// A curvature, its error (1/length) but for rounding, and the radius of the neighbourhood.
+    Fitted { principal: Principal, error: f64, length: f64 },
+}
+
+/// Tries ever larger neighbourhoods until one determines a fit that faces outward. `attempt` returns how many vertices it
+/// gathered, and what came of it.
+pub(super) fn enlarging(
+    prepared: &Prepared<'_>,
+    vertex: u32,
+    neighbourhood: Neighbourhood,
+    mut attempt: impl FnMut(Neighbourhood) -> (usize, Attempt),
+) -> VertexCurvature {
+    let outward = prepared.normals[vertex as usize];
+    let mut status = Status::FewNeighbours;
+    let mut previous = 0;
+    for step in 0..=ENLARGEMENTS {
+        let (gathered, attempt) = attempt(neighbourhood.enlarged(step));
+        if gathered == previous {
+            break; // The component is exhausted.
+        }
+        previous = gathered;
+        match attempt {
+            Attempt::TooFew => {}
+            Attempt::Fitted { principal, error, length }
+                if principal.normal().dot(&outward) > LEAST_FACING =>
+            {
+                let error = error + prepared.rounding_error(vertex, length);
+                return VertexCurvature { principal: Some(principal), error, status: Status::Ok };
+            }
+            _ => status = Status::RankDeficient,
+        }
+    }
+    VertexCurvature::undetermined(status)
 }
 
 /// Gathers `rings` rings; how far that reaches. Squared distances are squared ring numbers: on a stretched mesh, weights
@@ -21,11 +74,9 @@ pub(super) fn gather_rings(
     rings: u32,
     scratch: &mut Scratch<'_>,
 ) -> Reach {
-    let Scratch { walker, cloud, .. } = scratch;
-    walker.rings(vertex, rings);
-    cloud.clear();
-    push_new_rings(prepared, vertex, walker, cloud);
-    reach_of_ring(walker, rings)
+    scratch.walker.rings(vertex, 0);
+    scratch.cloud.clear();
+    grow_rings(prepared, vertex, rings, scratch)
 }
 
 /// Goes on to `rings` rings after [`gather_rings`]; how far that reaches.
@@ -37,7 +88,16 @@ pub(super) fn grow_rings(
 ) -> Reach {
     let Scratch { walker, cloud, .. } = scratch;
     walker.grow_rings(rings);
-    push_new_rings(prepared, vertex, walker, cloud);
+    let members = walker.members();
+    cloud.reserve(members.len());
+    let origin = prepared.positions[vertex as usize];
+    for (ring, &end) in walker.ring_ends().iter().enumerate() {
+        // Empty for rings that are in the cloud already.
+        for &member in &members[cloud.len().min(end)..end] {
+            let offset = prepared.positions[member as usize] - origin;
+            cloud.push(&offset, &prepared.normals[member as usize], (ring * ring) as f64);
+        }
+    }
     reach_of_ring(walker, rings)
 }
 
@@ -48,20 +108,6 @@ pub(super) fn reach_of_ring(walker: &Walker<'_>, rings: u32) -> Reach {
     Reach { count: ends[ring], farthest: ((ring.max(1)) * ring.max(1)) as f64 }
 }
 
-fn push_new_rings(prepared: &Prepared<'_>, vertex: u32, walker: &Walker<'_>, cloud: &mut Cloud) {
-    let members = walker.members();
-    cloud.reserve(members.len());
-    let origin = prepared.positions[vertex as usize];
-    let mut start = 0;
-    for (ring, &end) in walker.ring_ends().iter().enumerate() {
-        for &member in &members[start.max(cloud.len())..end.max(cloud.len())] {
-            let offset = prepared.positions[member as usize] - origin;
-            cloud.push(&offset, &prepared.normals[member as usize], (ring * ring) as f64);
-        }
-        start = end;
-    }
-}
-
 /// Gathers a neighbourhood of any kind. In one by distance, points are sorted by it.
 pub(super) fn gather(
     prepared: &Prepared<'_>,
@@ -69,15 +115,10 @@ pub(super) fn gather(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> Reach {
-    match neighbourhood {
-        Neighbourhood::Rings(rings) => return gather_rings(prepared, vertex, rings, scratch),
-        Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => {
-            scratch.walker.within(vertex, radius);
-        }
-        Neighbourhood::Nearest(count) => {
-            scratch.walker.within_at_least(vertex, 0.0, count as usize + 1);
-        }
+    if let Neighbourhood::Rings(rings) = neighbourhood {
+        return gather_rings(prepared, vertex, rings, scratch);
     }
+    scratch.walker.gather(vertex, neighbourhood);
     let Scratch { walker, cloud, order, .. } = scratch;
     let origin = prepared.positions[vertex as usize];
     let offset = |member: u32| prepared.positions[member as usize] - origin;
@@ -108,13 +149,10 @@ pub(super) fn shorten(scratch: &Scratch<'_>, whole: Reach, count: usize) -> Reac
 }
 
 /// A unit normal of the surface around the vertex that one bad triangle does not turn: the mean of the normals of the
-/// first points. The vertex's own where those cancel; `None` where it has none.
-pub(super) fn reference_normal(cloud: &Cloud, count: usize) -> Option<Vec3> {
+/// first points that face the vertex's way. The vertex's own where those cancel.
+pub(super) fn reference_normal(cloud: &Cloud, count: usize) -> Vec3 {
     let own = cloud.normal(0);
-    if own == Vec3::zeros() {
-        return None;
-    }
     let facing = (0..count).map(|i| cloud.normal(i)).filter(|n| n.dot(&own) > 0.0);
     let mean: Vec3 = facing.fold(Vec3::zeros(), |sum, n| sum + n);
-    Some(mean.try_normalize(0.0).unwrap_or(own))
+    mean.try_normalize(0.0).unwrap_or(own)
 }

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use super::Neighbourhood;
 use crate::Vec3;
 use crate::mesh::Adjacency;
 
@@ -30,6 +31,15 @@ impl<'a> Walker<'a> {
             members: Vec::with_capacity(128),
             ring_ends: Vec::new(),
             rejected: BinaryHeap::new(),
+        }
+    }
+
+    /// All vertices of a neighbourhood, the seed first.
+    pub(crate) fn gather(&mut self, seed: u32, neighbourhood: Neighbourhood) -> &[u32] {
+        match neighbourhood {
+            Neighbourhood::Rings(rings) => self.rings(seed, rings),
+            Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => self.within(seed, radius),
+            Neighbourhood::Nearest(count) => self.within_at_least(seed, 0.0, count as usize + 1),
         }
     }
 

@@ -1,12 +1,11 @@
 //! `osculate study`
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
+use osculate_geom::Mesh;
 use osculate_geom::io::{no_files, read_obj};
-use osculate_geom::{Mesh, write_atomically};
 use serde::Serialize;
 
 use super::demo::SPOT;
@@ -19,6 +18,7 @@ use crate::study::curvature::peers::{Export, PeersRun, read_peers};
 use crate::study::curvature::{
     self, Effort, PeersOrigin, Plan, ReportContext, Row, Setting, Subject, settings,
 };
+use crate::study::run::{command_line, processor, write_files};
 
 /// Measure error against time: CSV, SVG, and one self-contained HTML page.
 #[derive(Debug, Args)]
@@ -140,7 +140,9 @@ fn run_curvature(args: &CurvatureArgs, console: &Console, reporter: &Reporter) -
     }
     rows.extend(given.into_iter().flatten());
 
-    let context = ReportContext { command: command_line(), machine: machine(), peers: origin, settings };
+    let threads = count(rayon::current_num_threads(), "thread");
+    let machine = format!("{}, {threads}", processor());
+    let context = ReportContext { command: command_line(), machine, peers: origin, settings };
     let files = write(folder, &rows, &context)?;
     console.result(format_args!(
         "Measured {} on {}; start with {}",
@@ -240,29 +242,5 @@ fn write(folder: &Path, rows: &[Row], context: &ReportContext) -> Result<Vec<Str
         ("curvature.csv".to_owned(), curvature::csv(rows)),
     ];
     files.extend(curvature::plots(rows));
-    for (name, text) in &files {
-        let path = folder.join(name);
-        write_atomically(&path, |w| w.write_all(text.as_bytes()))
-            .with_context(|| path.display().to_string())?;
-    }
-    Ok(files.into_iter().map(|(name, _)| name).collect())
-}
-
-/// What was typed, without the program's directory.
-fn command_line() -> String {
-    let mut words: Vec<String> = std::env::args().collect();
-    if let Some(program) = words.first_mut() {
-        "osculate".clone_into(program);
-    }
-    words.join(" ")
-}
-
-/// Processor, as the system names it, and threads.
-fn machine() -> String {
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find_map(|l| l.strip_prefix("model name"))?;
-        Some(line.trim_start_matches([' ', '\t', ':']).to_owned())
-    });
-    let threads = count(rayon::current_num_threads(), "thread");
-    format!("{}, {threads}", cpu.unwrap_or_else(|| std::env::consts::ARCH.to_owned()))
+    write_files(folder, files)
 }

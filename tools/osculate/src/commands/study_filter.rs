@@ -1,12 +1,11 @@
 //! `osculate study filter`
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use osculate_geom::io::{no_files, read_obj};
-use osculate_geom::{Mesh, shapes, write_atomically};
+use osculate_geom::{Mesh, shapes};
 use serde::Serialize;
 
 use super::demo::SPOT;
@@ -16,6 +15,7 @@ use crate::input;
 use crate::report::Reporter;
 use crate::study::filter::measure::{Effort, MeshResult, Subject, bumpy_sphere, measure};
 use crate::study::filter::report::{Context as PageContext, csv, page, plots};
+use crate::study::run::{command_line, processor, write_files};
 
 /// Every curvature filter: its error against slicing the whole mesh, and its time against a ray cast.
 #[derive(Debug, Args)]
@@ -69,7 +69,7 @@ pub fn run(args: &FilterArgs, console: &Console, reporter: &Reporter) -> Result<
         let measured = subjects.iter().map(|subject| measure(subject, effort, &mut tick));
         measured.collect::<Result<Vec<_>>>()?
     };
-    let context = PageContext { command: command_line(), machine: machine(), effort };
+    let context = PageContext { command: command_line(), machine: processor(), effort };
     let files = write(folder, &results, &context)?;
     console.result(format_args!(
         "Measured {} on {}; start with {}",
@@ -112,23 +112,5 @@ fn write(folder: &Path, results: &[MeshResult], context: &PageContext) -> Result
         ("filter.csv".to_owned(), csv(results)),
     ];
     files.extend(plots.into_iter().map(|plot| (plot.file, plot.svg)));
-    for (name, text) in &files {
-        let path = folder.join(name);
-        write_atomically(&path, |w| w.write_all(text.as_bytes()))
-            .with_context(|| path.display().to_string())?;
-    }
-    Ok(files.into_iter().map(|(name, _)| name).collect())
-}
-
-/// What was typed, with the program's bare name.
-fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
-    std::iter::once("osculate".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
-}
-
-/// The processor's name where the system tells it.
-fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    model.map_or_else(|| "an unnamed processor".to_owned(), |(_, name)| name.trim().to_owned())
+    write_files(folder, files)
 }

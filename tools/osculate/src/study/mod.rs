@@ -7,9 +7,11 @@
 //! | `plot` | a plot with linear or logarithmic axes as SVG |
 //! | `axis` | its axes and their ticks |
 //! | `page` | text, tables and plots as one self-contained HTML page |
+//! | `run` | files, command line and processor of a run |
 
 pub mod axis;
 pub mod curvature;
 pub mod filter;
 pub mod page;
 pub mod plot;
+pub mod run;

@@ -116,11 +116,11 @@ impl LocalFit {
         (principal.kappa_max.is_finite() && principal.kappa_min.is_finite()).then_some(principal)
     }
 
-    /// Whether the outward side of a degree's polynomial is on this side of its tangent plane. A fit to points that do not lie on
-    /// one sheet may stand on edge or be turned over; it says nothing about the surface then.
-    pub(super) fn faces(&self, degree: usize, outward: &Vec3) -> bool {
+    /// Part of a degree's unit normal along a direction; `None` without a polynomial.
+    pub(super) fn facing(&self, degree: usize, outward: &Vec3) -> Option<f64> {
         let Frame { t, s, n } = self.guess.frame;
-        self.polynomial(degree).is_some_and(|p| (n - t * p.height.d - s * p.height.e).dot(outward) > 0.0)
+        let Height { d, e, .. } = self.polynomial(degree)?.height;
+        Some((n - t * d - s * e).normalize().dot(outward))
     }
 
     /// The height function before bending, to second order.
