@@ -1,0 +1,40 @@
+//! Microstructures: what lies under the bounding surface.
+//!
+//! One tile covers the unit square of UV and repeats. It is either a [`HeightField`] with [`Maps`] or a [`TileMesh`].
+
+mod height_field;
+mod maps;
+mod tile_mesh;
+
+pub use height_field::HeightField;
+pub use maps::{Grid, Maps, Reflectance};
+pub use tile_mesh::{TileMesh, TileTriangle};
+
+/// A material's geometry and reflectance on one tile.
+#[derive(Debug, Clone)]
+pub struct Microstructure {
+    /// A short name for reports.
+    pub name: String,
+    /// What a ray can hit.
+    pub geometry: Geometry,
+}
+
+/// The geometry of a microstructure.
+#[derive(Debug, Clone)]
+pub enum Geometry {
+    /// One height over each point; opaque.
+    HeightField(HeightField),
+    /// Any triangles between `z = -depth` and 0; rays may pass through.
+    TileMesh(TileMesh),
+}
+
+impl Geometry {
+    /// Distance between the bounding surface and the deepest point that the geometry may have, in UV units.
+    #[must_use]
+    pub fn depth(&self) -> f32 {
+        match self {
+            Self::HeightField(field) => field.depth(),
+            Self::TileMesh(mesh) => mesh.depth(),
+        }
+    }
+}

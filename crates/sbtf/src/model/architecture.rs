@@ -1,0 +1,199 @@
+//! [`Architecture`]: the form of a model, without its numbers.
+
+use serde::{Deserialize, Serialize};
+
+/// The form of a model.
+///
+/// Inputs of the networks, in this order:
+///
+/// | network | inputs |
+/// |---|---|
+/// | opacity, silhouette head | features of every tap, tap by tap; azimuth of `wo` (unit, x and y); curvature |
+/// | opacity, direct head | features of every tap, tap by tap; `wo.x`, `wo.y`; curvature |
+/// | offset | features of every tap, tap by tap; `wo.x`, `wo.y`; curvature |
+/// | colour | features at the offset position; `wi.x`, `wi.y`, `wi.z`; `wo.x`, `wo.y`; curvature |
+///
+/// The curvature input is [`Architecture::encode_curvature`], one number, left out with [`CurvatureInput::Absent`].
+/// Hidden layers end in a rectifier, the outputs linear.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Architecture {
+    /// Depth of the material in UV units.
+    pub depth: f32,
+    /// Range of `kappa_hat` that the training covers; queries outside are clamped to it, and reported.
+    pub kappa_range: [f32; 2],
+    /// How opacity is predicted.
+    pub opacity: OpacityHead,
+    /// How the offset is predicted.
+    pub offset: OffsetForm,
+    /// Whether the networks know the curvature.
+    pub curvature: CurvatureInput,
+    /// Where the opacity network's features are fetched: fractions of [`reach`](crate::silhouette::reach) along the azimuth of `wo`, away from
+    /// the viewer. `[0]` is the paper's form.
+    pub opacity_taps: Vec<f32>,
+    /// Where the offset network's features are fetched: fractions of the horizontal distance that this ray travels before it
+    /// is `depth` below a flat surface or, if that is shorter, leaves the circle. `[0]` is the paper's form.
+    pub offset_taps: Vec<f32>,
+    /// Feature texture of the opacity module.
+    pub opacity_texture: TextureShape,
+    /// Feature texture of the offset module.
+    pub offset_texture: TextureShape,
+    /// Feature texture of the colour module.
+    pub colour_texture: TextureShape,
+    /// Neurons of a hidden layer.
+    pub width: usize,
+    /// Number of hidden layers.
+    pub hidden_layers: usize,
+}
+
+/// How opacity is predicted (paper, section 4.3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OpacityHead {
+    /// One output, the [dip](crate::silhouette) in depths; opaque where `cos_o` is at least the cosine of that dip. For height fields.
+    Silhouette,
+    /// One output, the opacity itself. For see-through materials.
+    Direct,
+    /// No opacity module: always opaque, as NeuMIP has it.
+    Opaque,
+}
+
+/// How the offset is predicted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OffsetForm {
+    /// Two outputs, the offset itself (paper, eq. 6).
+    Free,
+    /// One output, a depth: the offset is that times `-wo.xy / max(wo.z, 0.05)` (NeuMIP, section 4.2).
+    AlongRay,
+}
+
+/// Whether the networks know the curvature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CurvatureInput {
+    /// They do.
+    Given,
+    /// They do not, as in NeuMIP.
+    Absent,
+}
+
+/// Size of a feature texture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TextureShape {
+    /// Texels along u.
+    pub width: usize,
+    /// Texels along v.
+    pub height: usize,
+    /// Features per texel.
+    pub channels: usize,
+}
+
+impl TextureShape {
+    /// A square texture.
+    #[must_use]
+    pub fn square(size: usize, channels: usize) -> Self {
+        Self { width: size, height: size, channels }
+    }
+
+    /// Numbers in the texture.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.width * self.height * self.channels
+    }
+
+    /// Whether it holds no number.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Longest distance at which opacity features are fetched, in UV units.
+pub const LONGEST_REACH: f32 = 2.0;
+
+impl Architecture {
+    /// The form that measured best: seven taps for the opacity.
+    #[must_use]
+    pub fn taps(depth: f32) -> Self {
+        Self { opacity_taps: vec![0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0], ..Self::paper(depth) }
+    }
+
+    /// The paper's form: features at the entry point only.
+    #[must_use]
+    pub fn paper(depth: f32) -> Self {
+        Self {
+            depth,
+            kappa_range: [-2.5, 2.5],
+            opacity: OpacityHead::Silhouette,
+            offset: OffsetForm::Free,
+            curvature: CurvatureInput::Given,
+            opacity_taps: vec![0.0],
+            offset_taps: vec![0.0],
+            opacity_texture: TextureShape::square(256, 8),
+            offset_texture: TextureShape::square(256, 8),
+            colour_texture: TextureShape::square(256, 8),
+            width: 24,
+            hidden_layers: 3,
+        }
+    }
+
+    /// NeuMIP without its pyramid (Kuznetsov et al., "NeuMIP: multi-resolution neural materials", ACM TOG 40(4), 2021): no
+    /// curvature, no opacity, offset along the ray.
+    #[must_use]
+    pub fn neumip(depth: f32) -> Self {
+        Self {
+            opacity: OpacityHead::Opaque,
+            offset: OffsetForm::AlongRay,
+            curvature: CurvatureInput::Absent,
+            ..Self::paper(depth)
+        }
+    }
+
+    /// The curvature as networks see it: odd, steep at 0, within `[-1, 1]` inside the trained range. The square root makes the
+    /// distances that grazing rays travel, which go with its inverse, change evenly.
+    #[must_use]
+    pub fn encode_curvature(&self, kappa_hat: f32) -> f32 {
+        let largest = self.kappa_range[0].abs().max(self.kappa_range[1].abs());
+        (kappa_hat.abs() / largest).sqrt().copysign(kappa_hat)
+    }
+
+    /// Number of curvature inputs, 0 or 1.
+    #[must_use]
+    pub fn curvature_inputs(&self) -> usize {
+        usize::from(self.curvature == CurvatureInput::Given)
+    }
+
+    /// Inputs of the opacity network.
+    #[must_use]
+    pub fn opacity_inputs(&self) -> usize {
+        self.opacity_taps.len() * self.opacity_texture.channels + 2 + self.curvature_inputs()
+    }
+
+    /// Inputs of the offset network.
+    #[must_use]
+    pub fn offset_inputs(&self) -> usize {
+        self.offset_taps.len() * self.offset_texture.channels + 2 + self.curvature_inputs()
+    }
+
+    /// Outputs of the offset network.
+    #[must_use]
+    pub fn offset_outputs(&self) -> usize {
+        match self.offset {
+            OffsetForm::Free => 2,
+            OffsetForm::AlongRay => 1,
+        }
+    }
+
+    /// Inputs of the colour network.
+    #[must_use]
+    pub fn colour_inputs(&self) -> usize {
+        self.colour_texture.channels + 5 + self.curvature_inputs()
+    }
+
+    /// Sizes of the layers of a network with so many inputs and outputs: inputs, hidden layers, outputs.
+    #[must_use]
+    pub fn layer_sizes(&self, inputs: usize, outputs: usize) -> Vec<usize> {
+        let hidden = std::iter::repeat_n(self.width, self.hidden_layers);
+        std::iter::once(inputs).chain(hidden).chain([outputs]).collect()
+    }
+}

@@ -1,0 +1,10 @@
+//! What a trained material consists of.
+//!
+//! Three modules, each a feature texture and a small network (paper, section 4.3): opacity, offset and colour. The paper's
+//! form is one [`Architecture`] of several; see there.
+
+mod architecture;
+mod parameters;
+
+pub use architecture::{Architecture, CurvatureInput, LONGEST_REACH, OffsetForm, OpacityHead, TextureShape};
+pub use parameters::{FeatureTexture, Layer, Mlp, Model, Module};

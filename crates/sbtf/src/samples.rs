@@ -1,0 +1,73 @@
+//! Batches of training samples, as structures of arrays, and the trait that makes them.
+//!
+//! Opacity and appearance are separate streams. Opacity depends on neither the light nor the transport below the surface, so
+//! that its samples cost a hundredth of the others, and silhouettes need more of them; appearance is sampled only where a
+//! ray hits.
+
+/// Samples of the opacity: all rows have one length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OpacityBatch {
+    /// Texture coordinates of the entry points.
+    pub uv: [Vec<f32>; 2],
+    /// Unit directions to the viewer, `wo.z > 0`.
+    pub wo: [Vec<f32>; 3],
+    /// Curvature along the ray, in 1/UV units.
+    pub kappa_hat: Vec<f32>,
+    /// The smallest `cos_o` at which a ray of this azimuth still hits, in `[0, 1)`; NaN where the opacity is no step function
+    /// of `cos_o` or is not known.
+    pub silhouette_cosine: Vec<f32>,
+    /// Opacity for `wo`.
+    pub alpha: Vec<f32>,
+}
+
+/// Samples of the appearance, of rays that hit: all rows have one length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AppearanceBatch {
+    /// Texture coordinates of the entry points.
+    pub uv: [Vec<f32>; 2],
+    /// Unit directions to the viewer, `wo.z > 0`.
+    pub wo: [Vec<f32>; 3],
+    /// Unit directions to the light, from the whole sphere.
+    pub wi: [Vec<f32>; 3],
+    /// Curvature along the ray, in 1/UV units.
+    pub kappa_hat: Vec<f32>,
+    /// Texture coordinates of the first hit less those of the entry point.
+    pub offset: [Vec<f32>; 2],
+    /// An unbiased estimate of [`Answer::rgb`](crate::Answer::rgb).
+    pub rgb: [Vec<f32>; 3],
+}
+
+macro_rules! rows {
+    ($batch:ty, arrays: $($array:ident)*, single: $($row:ident)*) => {
+        impl $batch {
+            /// Number of samples.
+            #[must_use]
+            pub fn len(&self) -> usize {
+                self.kappa_hat.len()
+            }
+
+            /// Whether there is no sample.
+            #[must_use]
+            pub fn is_empty(&self) -> bool {
+                self.len() == 0
+            }
+
+            /// Gives all rows this length; new entries are zero.
+            pub fn resize(&mut self, count: usize) {
+                $(self.$array.iter_mut().for_each(|row| row.resize(count, 0.0));)*
+                $(self.$row.resize(count, 0.0);)*
+            }
+        }
+    };
+}
+rows!(OpacityBatch, arrays: uv wo, single: kappa_hat silhouette_cosine alpha);
+rows!(AppearanceBatch, arrays: uv wo wi offset rgb, single: kappa_hat);
+
+/// Makes training samples, the same ones for the same seed and index whatever thread asks.
+pub trait SampleSource: Sync {
+    /// Fills the whole batch, of the length that it has, with the `index`-th samples of the stream.
+    fn fill_opacity(&self, index: u64, batch: &mut OpacityBatch);
+
+    /// Fills the whole batch, of the length that it has, with the `index`-th samples of the stream.
+    fn fill_appearance(&self, index: u64, batch: &mut AppearanceBatch);
+}
