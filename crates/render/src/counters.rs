@@ -23,6 +23,10 @@ pub struct Counters {
     pub texture_lookups: u64,
     /// Surfaces passed because they let light through.
     pub pass_throughs: u64,
+    /// Opacities asked of materials with silhouettes.
+    pub opacity_queries: u64,
+    /// Reflectances asked of materials with silhouettes.
+    pub reflectance_queries: u64,
     /// Points drawn on the lens.
     pub lens_samples: u64,
     /// Evaluations of curvature.
@@ -44,6 +48,8 @@ impl std::ops::AddAssign for Counters {
         self.environment_samples += o.environment_samples;
         self.texture_lookups += o.texture_lookups;
         self.pass_throughs += o.pass_throughs;
+        self.opacity_queries += o.opacity_queries;
+        self.reflectance_queries += o.reflectance_queries;
         self.lens_samples += o.lens_samples;
         self.curvature_evaluations += o.curvature_evaluations;
         self.filter_walks += o.filter_walks;

@@ -4,7 +4,7 @@ use glam::Vec3;
 use osculate_geom::curvature::VertexCurvature;
 
 use crate::math::tangents;
-use crate::scene::MeshInstance;
+use crate::scene::{MeshInstance, RayCurvature};
 
 /// A point of an object: triangle within the object, and weights of its corners.
 #[derive(Debug, Clone, Copy)]
@@ -77,6 +77,21 @@ impl ObjectPoint<'_> {
             kappa += weight * regularised;
         })?;
         Some(narrow(kappa / f64::from(placement.scale)))
+    }
+
+    /// What the object's filter makes of a ray that comes from this world-space direction; without a field the curvature
+    /// along it.
+    pub(crate) fn ask(&self, direction: Vec3) -> Option<RayCurvature> {
+        let placement = &self.object.placement;
+        let Some(field) = &self.object.field else {
+            return self.along(direction).map(|kappa| RayCurvature { kappa, uv_rate: None });
+        };
+        let w = placement.rotation.transpose() * direction;
+        let answer = field.ask(self.triangle, self.barycentrics, w)?;
+        Some(RayCurvature {
+            kappa: answer.kappa / placement.scale,
+            uv_rate: answer.uv_rate.map(|rate| rate.map(|q| q / placement.scale)),
+        })
     }
 
     /// The filtered curvature along a world-space direction, if the object's field offers it.

@@ -17,6 +17,8 @@ pub struct Effects {
     pub textures: bool,
     /// Surfaces that let light through.
     pub transparency: bool,
+    /// Materials with silhouettes.
+    pub silhouettes: bool,
     /// Blur outside the plane of focus.
     pub depth_of_field: bool,
 }
@@ -30,10 +32,11 @@ impl Effects {
         interreflection: true,
         textures: true,
         transparency: true,
+        silhouettes: true,
         depth_of_field: true,
     };
 
-    /// The effects that change what happens along a path, as a number below 64.
+    /// The effects that change what happens along a path, as a number below 128.
     pub(crate) fn path_bits(self) -> usize {
         usize::from(self.environment)
             | usize::from(self.area_lights) << 1
@@ -41,6 +44,7 @@ impl Effects {
             | usize::from(self.interreflection) << 3
             | usize::from(self.textures) << 4
             | usize::from(self.transparency) << 5
+            | usize::from(self.silhouettes) << 6
     }
 
     /// Undoes [`Self::path_bits`].
@@ -52,6 +56,7 @@ impl Effects {
             interreflection: bits & 8 != 0,
             textures: bits & 16 != 0,
             transparency: bits & 32 != 0,
+            silhouettes: bits & 64 != 0,
             depth_of_field: false,
         }
     }

@@ -7,15 +7,16 @@
 use glam::Vec3;
 use osculate_geom::rays::{Hit, Ray};
 
-use crate::bsdf::Bsdf;
 use crate::camera::CameraRay;
 use crate::counters::Counters;
 use crate::effects::Effects;
-use crate::lights::LightSample;
+use crate::lights::{LightSample, Receiver};
 use crate::math::power_heuristic;
 use crate::prepared::Prepared;
 use crate::sampler::Sampler;
 use crate::shading::ShadingPoint;
+use crate::silhouette::SilhouettePoint;
+use crate::vertex::Vertex;
 
 /// How light is gathered. For tests that compare the strategies; the default combines them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -51,9 +52,11 @@ pub(crate) fn specialised(effects: Effects) -> RadianceFn {
     macro_rules! table {
         ($($bits:literal)*) => { [$(radiance::<$bits> as RadianceFn),*] };
     }
-    const TABLE: [RadianceFn; 64] = table!(
+    const TABLE: [RadianceFn; 128] = table!(
         0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31
         32 33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63
+        64 65 66 67 68 69 70 71 72 73 74 75 76 77 78 79 80 81 82 83 84 85 86 87 88 89 90 91 92 93 94 95
+        96 97 98 99 100 101 102 103 104 105 106 107 108 109 110 111 112 113 114 115 116 117 118 119 120 121 122 123 124 125 126 127
     );
     TABLE[effects.path_bits()]
 }
@@ -61,8 +64,7 @@ pub(crate) fn specialised(effects: Effects) -> RadianceFn {
 /// What must be remembered of the last vertex to weight light that the next ray meets.
 #[derive(Clone, Copy)]
 struct Last {
-    origin: Vec3,
-    normal: Vec3,
+    receiver: Receiver,
     /// Sum of the lights' importances there.
     importance: f32,
     pdf: f32,
@@ -85,7 +87,7 @@ fn radiance<const BITS: usize>(
         sampler.seek(base);
         let found = next_surface(scene, effects, &mut ray, sampler, counters);
         counters.bounce_rays += u64::from(depth > 0);
-        let Some(hit) = found else {
+        let Some(Found { hit, silhouette }) = found else {
             if effects.environment {
                 total += throughput * environment_light(scene, limits, ray.direction, last);
             }
@@ -99,12 +101,15 @@ fn radiance<const BITS: usize>(
         if depth == limits.max_depth {
             return total;
         }
-        let point = ShadingPoint::new(scene, &hit, -ray.direction);
-        let bsdf = point.bsdf(scene, base_color(effects, &point, counters));
-        let importance = light_importance(scene, effects, point.origin, point.frame.n);
+        let vertex = match silhouette {
+            Some(point) if effects.silhouettes => Vertex::Silhouette(point),
+            _ => surface_vertex(scene, effects, &hit, -ray.direction, counters),
+        };
+        let receiver = vertex.receiver();
+        let importance = light_importance(scene, effects, &receiver);
         sampler.seek(base + 1);
         if importance > 0.0 {
-            let lit = direct_light(scene, effects, limits, &point, &bsdf, importance, sampler, counters);
+            let lit = direct_light(scene, effects, limits, &vertex, importance, sampler, counters);
             total += throughput * lit;
         }
         let last_vertex = depth + 1 == limits.max_depth || !effects.interreflection;
@@ -115,7 +120,8 @@ fn radiance<const BITS: usize>(
         }
         sampler.seek(base + 3);
         let (pick, u) = (sampler.next_1d(), sampler.next_2d());
-        let Some(sample) = bsdf.sample(point.wo, pick, u, &scene.energy) else { return total };
+        counters.reflectance_queries += u64::from(vertex.is_silhouette());
+        let Some(sample) = vertex.sample(pick, u, &scene.energy) else { return total };
         throughput *= sample.weight;
         if depth + 1 >= ROULETTE_DEPTH {
             let survival = throughput.max_element().min(0.95);
@@ -127,8 +133,8 @@ fn radiance<const BITS: usize>(
         if throughput == Vec3::ZERO {
             return total;
         }
-        last = Some(Last { origin: point.origin, normal: point.frame.n, importance, pdf: sample.pdf });
-        ray = Ray::new(point.origin, point.frame.world_from_local(sample.wi));
+        last = Some(Last { receiver, importance, pdf: sample.pdf });
+        ray = Ray::new(vertex.origin_towards(sample.wi), sample.wi);
         if last_vertex {
             counters.bounce_rays += 1;
             return total
@@ -150,31 +156,38 @@ fn light_at_end(
 ) -> Vec3 {
     match next_surface(scene, effects, ray, sampler, counters) {
         None if effects.environment => environment_light(scene, limits, ray.direction, last),
-        Some(hit) if effects.area_lights => scene
+        Some(Found { hit, .. }) if effects.area_lights => scene
             .rectangle_of(hit.triangle)
             .map_or(Vec3::ZERO, |light| rectangle_light(scene, limits, light, ray, &hit, last)),
         _ => Vec3::ZERO,
     }
 }
 
+/// A hit that is not passed through.
+struct Found<'a> {
+    hit: Hit,
+    /// What was found out about the material there on the way, if it has silhouettes.
+    silhouette: Option<SilhouettePoint<'a>>,
+}
+
 /// The next hit that is not passed through. Moves the ray's origin to where the last passed surface was.
-fn next_surface(
-    scene: &Prepared,
+fn next_surface<'a>(
+    scene: &'a Prepared,
     effects: Effects,
     ray: &mut Ray,
     sampler: &mut Sampler,
     counters: &mut Counters,
-) -> Option<Hit> {
+) -> Option<Found<'a>> {
     counters.rays += 1;
     let mut hit = scene.bvh.closest_hit(ray)?;
-    if !effects.transparency {
-        return Some(hit);
+    if !effects.transparency && !effects.silhouettes {
+        return Some(Found { hit, silhouette: None });
     }
     let mut chance = sampler.next_1d();
     loop {
-        let opacity = opacity_of(scene, hit.triangle);
+        let (opacity, silhouette) = opacity_of(scene, effects, &hit, ray.direction, counters);
         if chance < opacity {
-            return Some(hit);
+            return Some(Found { hit, silhouette });
         }
         // What is left of the number is as good as new.
         chance = (chance - opacity) / (1.0 - opacity);
@@ -185,9 +198,34 @@ fn next_surface(
     }
 }
 
-fn opacity_of(scene: &Prepared, triangle: u32) -> f32 {
-    let material = scene.material_of.get(triangle as usize);
-    material.map_or(1.0, |&m| scene.materials[m as usize].opacity)
+/// Share of light in this direction that the surface stops, and what was found out about its material.
+fn opacity_of<'a>(
+    scene: &'a Prepared,
+    effects: Effects,
+    hit: &Hit,
+    direction: Vec3,
+    counters: &mut Counters,
+) -> (f32, Option<SilhouettePoint<'a>>) {
+    if effects.silhouettes
+        && let Some(point) = SilhouettePoint::new(scene, hit, -direction)
+    {
+        counters.opacity_queries += u64::from(point.is_asked());
+        return (point.alpha, Some(point));
+    }
+    let material = scene.material_of.get(hit.triangle as usize);
+    (material.map_or(1.0, |&m| scene.materials[m as usize].opacity), None)
+}
+
+fn surface_vertex<'a>(
+    scene: &'a Prepared,
+    effects: Effects,
+    hit: &Hit,
+    wo: Vec3,
+    counters: &mut Counters,
+) -> Vertex<'a> {
+    let point = ShadingPoint::new(scene, hit, wo);
+    let bsdf = point.bsdf(scene, base_color(effects, &point, counters));
+    Vertex::Surface { point, bsdf }
 }
 
 fn base_color(effects: Effects, point: &ShadingPoint<'_>, counters: &mut Counters) -> Vec3 {
@@ -202,24 +240,23 @@ fn base_color(effects: Effects, point: &ShadingPoint<'_>, counters: &mut Counter
 }
 
 /// Light from one light, drawn in proportion to its importance, that the point reflects to the viewer.
-#[expect(clippy::too_many_arguments, reason = "the parts of one path vertex")]
 fn direct_light(
     scene: &Prepared,
     effects: Effects,
     limits: PathLimits,
-    point: &ShadingPoint<'_>,
-    bsdf: &Bsdf,
+    vertex: &Vertex<'_>,
     importance: f32,
     sampler: &mut Sampler,
     counters: &mut Counters,
 ) -> Vec3 {
     let (pick, u) = (sampler.next_1d(), sampler.next_2d());
-    let Some((sample, chance)) = draw_light(scene, effects, point, pick * importance, u, counters) else {
+    let receiver = vertex.receiver();
+    let Some((sample, chance)) = draw_light(scene, effects, &receiver, pick * importance, u, counters) else {
         return Vec3::ZERO;
     };
     let chance = chance / importance;
-    let wi = point.frame.local_from_world(sample.wi);
-    let (f, bsdf_pdf) = bsdf.eval(point.wo, wi, &scene.energy);
+    counters.reflectance_queries += u64::from(vertex.is_silhouette());
+    let (f, bsdf_pdf) = vertex.eval(sample.wi, &scene.energy);
     if f == Vec3::ZERO {
         return Vec3::ZERO;
     }
@@ -234,7 +271,7 @@ fn direct_light(
         };
         share / pdf
     };
-    let visible = transmittance(scene, effects, point.origin, &sample, counters);
+    let visible = transmittance(scene, effects, vertex.origin_towards(sample.wi), &sample, counters);
     weight * visible * f * sample.radiance
 }
 
@@ -249,12 +286,12 @@ fn transmittance(
     // Stops short of the light, which is itself a triangle: 1e-4 of the way covers the rounding of its distance.
     let mut ray = Ray::segment(origin, sample.wi, sample.distance * (1.0 - 1e-4));
     counters.shadow_rays += 1;
-    if !effects.transparency {
+    if !effects.transparency && !effects.silhouettes {
         return if scene.bvh.any_hit(&ray) { 0.0 } else { 1.0 };
     }
     let mut left = 1.0;
     while let Some(hit) = scene.bvh.closest_hit(&ray) {
-        left *= 1.0 - opacity_of(scene, hit.triangle);
+        left *= 1.0 - opacity_of(scene, effects, &hit, ray.direction, counters).0;
         if left <= 0.0 {
             return 0.0;
         }
@@ -267,16 +304,16 @@ fn transmittance(
 }
 
 /// Sum of the importances of all lights at a point.
-fn light_importance(scene: &Prepared, effects: Effects, from: Vec3, normal: Vec3) -> f32 {
+fn light_importance(scene: &Prepared, effects: Effects, receiver: &Receiver) -> f32 {
     let mut sum = 0.0;
     if effects.area_lights {
-        sum += scene.rectangles.iter().map(|r| r.importance(from, normal)).sum::<f32>();
+        sum += scene.rectangles.iter().map(|r| r.importance(receiver)).sum::<f32>();
     }
     if effects.directional_lights {
-        sum += scene.suns.iter().map(|s| s.importance * s.wi.dot(normal).max(0.0)).sum::<f32>();
+        sum += scene.suns.iter().map(|s| s.importance * receiver.facing(s.wi)).sum::<f32>();
     }
     if effects.environment {
-        sum += scene.environment.as_ref().map_or(0.0, |e| e.importance(normal));
+        sum += scene.environment.as_ref().map_or(0.0, |e| e.importance(receiver));
     }
     sum
 }
@@ -285,25 +322,24 @@ fn light_importance(scene: &Prepared, effects: Effects, from: Vec3, normal: Vec3
 fn draw_light(
     scene: &Prepared,
     effects: Effects,
-    point: &ShadingPoint<'_>,
+    receiver: &Receiver,
     mut position: f32,
     u: [f32; 2],
     counters: &mut Counters,
 ) -> Option<(LightSample, f32)> {
-    let (from, normal) = (point.origin, point.frame.n);
     if effects.area_lights {
         for rectangle in &scene.rectangles {
-            let importance = rectangle.importance(from, normal);
+            let importance = rectangle.importance(receiver);
             if position < importance {
                 counters.area_light_samples += 1;
-                return Some((rectangle.sample(from, u)?, importance));
+                return Some((rectangle.sample(receiver.origin, u)?, importance));
             }
             position -= importance;
         }
     }
     if effects.directional_lights {
         for sun in &scene.suns {
-            let importance = sun.importance * sun.wi.dot(normal).max(0.0);
+            let importance = sun.importance * receiver.facing(sun.wi);
             if position < importance {
                 counters.directional_samples += 1;
                 let (wi, radiance) = (sun.wi, sun.irradiance);
@@ -317,7 +353,7 @@ fn draw_light(
         && let Some(environment) = &scene.environment
     {
         counters.environment_samples += 1;
-        return Some((environment.sample(normal, u)?, environment.importance(normal)));
+        return Some((environment.sample(receiver.normal, u)?, environment.importance(receiver)));
     }
     // Rounding can leave a crumb beyond the last light.
     None
@@ -327,7 +363,8 @@ fn draw_light(
 fn environment_light(scene: &Prepared, limits: PathLimits, direction: Vec3, last: Option<Last>) -> Vec3 {
     let Some(environment) = &scene.environment else { return Vec3::ZERO };
     let share = bsdf_share(limits, last, |last| {
-        environment.pdf(last.normal, direction) * environment.importance(last.normal) / last.importance
+        environment.pdf(last.receiver.normal, direction) * environment.importance(&last.receiver)
+            / last.importance
     });
     share * environment.radiance(direction)
 }
@@ -347,8 +384,8 @@ fn rectangle_light(
     }
     let share = bsdf_share(limits, last, |last| {
         // From the last vertex, not from where a transparent surface was passed.
-        let distance = hit.t + ray.origin.distance(last.origin);
-        let chance = rectangle.importance(last.origin, last.normal) / last.importance;
+        let distance = hit.t + ray.origin.distance(last.receiver.origin);
+        let chance = rectangle.importance(&last.receiver) / last.importance;
         rectangle.pdf(ray.direction, distance) * chance
     });
     share * rectangle.radiance

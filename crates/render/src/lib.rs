@@ -58,10 +58,12 @@ mod render;
 mod sampler;
 pub mod scene;
 mod shading;
+mod silhouette;
 #[cfg(test)]
 mod test_support;
 mod texture;
 mod tone;
+mod vertex;
 
 pub use camera::Camera;
 pub use counters::Counters;

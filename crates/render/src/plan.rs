@@ -3,11 +3,12 @@
 use std::fmt;
 
 use glam::Vec3;
+use osculate_geom::field::FilterKind;
 use serde::Serialize;
 
 use crate::effects::Effects;
 use crate::lights::{Environment, Light};
-use crate::scene::{Material, Scene, SurfaceSource};
+use crate::scene::{Material, MeshInstance, Scene, SurfaceSource};
 
 /// Whether an effect is simulated, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,6 +72,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
     );
     let environment = environment(scene);
     let textured = materials.iter().filter(|m| m.textured).count();
+    let silhouettes = materials.iter().filter(|m| m.silhouettes).count();
     let see_through = materials.iter().filter(|m| m.opacity < 1.0).count();
     let interreflection = interreflection(&materials, max_depth);
     let depth_of_field = scene.camera.has_depth_of_field();
@@ -81,11 +83,10 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         interreflection: interreflection.is_ok(),
         textures: textured > 0,
         transparency: see_through > 0,
+        silhouettes: silhouettes > 0,
         depth_of_field,
     };
-    let baked = scene.objects.iter().filter(|o| o.curvature.is_some()).count();
-    let curvature =
-        format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
+    let (curvature, filter) = curvature(scene);
     let decisions = vec![
         decided("environment", environment, 0.5),
         counted("area lights", rectangles, "rectangle lights", 0.5),
@@ -93,6 +94,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         decided("interreflection", interreflection, 0.8 * (max_depth.min(4) as f32 - 1.0)),
         counted("textures", textured, "materials have a texture", 0.05),
         counted("transparency", see_through, "materials let light through", 0.5),
+        counted("silhouettes", silhouettes, "materials have silhouettes", 1.0),
         Decision {
             effect: "depth of field",
             needed: depth_of_field,
@@ -100,21 +102,43 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
                 .into(),
             relative_cost: if depth_of_field { 0.02 } else { 0.0 },
         },
-        Decision { effect: "curvature", needed: false, reason: curvature.clone(), relative_cost: 0.0 },
-        Decision {
-            effect: "curvature filter",
-            needed: false,
-            reason: format!("{curvature}, by `{}`", scene.filter.name()),
-            relative_cost: 0.0,
-        },
+        decided("curvature", curvature, 0.1),
+        decided("curvature filter", filter, 0.3),
     ];
     EffectPlan { decisions, effects }
+}
+
+/// The reasons for curvature and for its filter, or against them.
+fn curvature(scene: &Scene) -> (Result<String, String>, Result<String, String>) {
+    let has_silhouettes =
+        |o: &&MeshInstance| matches!(&o.surface, SurfaceSource::Material(m) if m.silhouette.is_some());
+    let asking = scene.objects.iter().filter(has_silhouettes).count();
+    let curved = |o: &&MeshInstance| o.curvature.is_some() || o.field.is_some();
+    let baked = scene.objects.iter().filter(curved).count();
+    let bent = scene.objects.iter().filter(has_silhouettes).filter(curved).count();
+    let by = scene.filter.name();
+    if asking == 0 {
+        let reason =
+            format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
+        return (Err(reason.clone()), Err(format!("{reason}, by `{by}`")));
+    }
+    if bent == 0 {
+        let reason = "no object whose material asks for curvature carries any: taken as flat".to_owned();
+        return (Err(reason.clone()), Err(reason));
+    }
+    let reason = format!("asked for by the materials of {asking} objects, {bent} of which carry curvature");
+    let filter = match scene.filter {
+        FilterKind::Point => Err("curvature is taken at the point".into()),
+        _ => Ok(format!("`{by}`, for {bent} objects")),
+    };
+    (Ok(reason), filter)
 }
 
 struct Traits {
     opacity: f32,
     textured: bool,
     reflects: bool,
+    silhouettes: bool,
 }
 
 impl Traits {
@@ -122,7 +146,11 @@ impl Traits {
         Self {
             opacity: m.opacity,
             textured: m.base_color_texture.is_some(),
-            reflects: m.base_color != Vec3::ZERO || m.specular > 0.0 || m.metallic > 0.0,
+            silhouettes: m.silhouette.is_some(),
+            reflects: m.silhouette.is_some()
+                || m.base_color != Vec3::ZERO
+                || m.specular > 0.0
+                || m.metallic > 0.0,
         }
     }
 }
@@ -136,7 +164,7 @@ fn materials(scene: &Scene) -> Vec<Traits> {
             SurfaceSource::Mesh => found.extend(object.mesh.parts().iter().map(|part| {
                 let textured =
                     part.material.is_some_and(|m| object.mesh.materials()[m].base_color_texture.is_some());
-                Traits { opacity: 1.0, textured, reflects: true }
+                Traits { opacity: 1.0, textured, reflects: true, silhouettes: false }
             })),
         }
     }

@@ -4,14 +4,15 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 use osculate_geom::mesh::{Weld, smooth_normals};
-use osculate_geom::rays::{Bvh, to_f32};
+use osculate_geom::rays::{Bvh, Hit, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 use thiserror::Error;
 
 use crate::bsdf::EnergyTable;
+use crate::curvature::ObjectPoint;
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
-use crate::scene::{Material, MeshInstance, Scene, SurfaceSource};
+use crate::scene::{Material, MeshInstance, RayCurvature, Scene, SurfaceSource};
 
 /// Why a scene cannot be rendered.
 #[derive(Debug, Error)]
@@ -76,6 +77,7 @@ pub(crate) struct Prepared {
     pub uvs: Vec<[f32; 2]>,
     pub material_of: Vec<u32>,
     pub materials: Vec<Material>,
+    pub objects: Vec<MeshInstance>,
     /// First triangle of each object, and the end.
     pub object_starts: Vec<usize>,
     pub rectangles: Vec<RectangleLight>,
@@ -120,6 +122,7 @@ impl Prepared {
             uvs: builder.uvs,
             material_of: builder.material_of,
             materials: builder.materials,
+            objects: scene.objects.clone(),
             object_starts: builder.object_starts,
             rectangles,
             suns,
@@ -131,6 +134,12 @@ impl Prepared {
     /// The area light that a triangle belongs to.
     pub(crate) fn rectangle_of(&self, triangle: u32) -> Option<usize> {
         (triangle as usize).checked_sub(self.indices.len()).map(|beyond| beyond / 2)
+    }
+
+    /// Curvature for the ray that comes from `wo` and hits an object, 1/length in the world.
+    pub(crate) fn ray_curvature(&self, hit: &Hit, wo: Vec3) -> Option<RayCurvature> {
+        let (object, triangle) = self.object_of(hit.triangle)?;
+        ObjectPoint { object: &self.objects[object], triangle, barycentrics: hit.barycentrics }.ask(wo)
     }
 
     /// The object that a triangle belongs to, and its number there.

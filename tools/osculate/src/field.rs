@@ -8,7 +8,7 @@ use osculate_geom::bake::BakedMesh;
 use osculate_geom::curvature::VertexCurvature;
 use osculate_geom::field::{CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength};
 use osculate_geom::mesh::{Surface, Weld};
-use osculate_render::scene::DirectionalCurvature;
+use osculate_render::scene::{DirectionalCurvature, RayCurvature};
 
 /// A field that owns its surface.
 #[derive(Debug)]
@@ -93,9 +93,10 @@ impl DirectionalCurvature for OwnedField {
         self.field.kappa_along(point(triangle, barycentrics), widen(direction)).map(narrow)
     }
 
-    fn filtered(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32> {
+    fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
         let point = point(triangle, barycentrics);
         let query = FilterQuery { point, w: widen(direction), length: self.walk };
-        Some(narrow(self.filter.ask(&self.field, &query)?.kappa))
+        let answer = self.filter.ask(&self.field, &query)?;
+        Some(RayCurvature { kappa: narrow(answer.kappa), uv_rate: answer.uv_rate.map(|q| q.map(narrow)) })
     }
 }

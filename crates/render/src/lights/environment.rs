@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::LightSample;
 use super::irradiance::Irradiance;
+use super::{LightSample, Receiver};
 use crate::distribution::Distribution2d;
 use crate::math::{Frame, cosine_hemisphere, luminance};
 
@@ -180,8 +180,10 @@ impl EnvironmentSampler {
     }
 
     /// Irradiance on an unshadowed surface with this normal, roughly, for choosing among lights.
-    pub(crate) fn importance(&self, normal: Vec3) -> f32 {
-        self.irradiance.at(normal)
+    ///
+    /// Light from below the horizon is left to the directions that materials draw.
+    pub(crate) fn importance(&self, receiver: &Receiver) -> f32 {
+        self.irradiance.at(receiver.normal)
     }
 }
 
@@ -242,6 +244,7 @@ pub(super) fn turned(w: Vec3, [sine, cosine]: [f32; 2]) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Sees;
     use super::*;
     use crate::sampler::{Sampler, SamplerKind};
 
@@ -361,7 +364,8 @@ mod tests {
         let sampler = EnvironmentSampler::new(&environment).unwrap();
         for n in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::new(0.6, 0.64, 0.48)] {
             let expected = 3.0 * (std::f32::consts::PI + std::f32::consts::TAU / 3.0 * along.dot(n));
-            let found = sampler.importance(n);
+            let found =
+                sampler.importance(&Receiver { origin: Vec3::ZERO, normal: n, sees: Sees::Hemisphere });
             assert!((found / expected - 1.0).abs() < 2e-3, "{n}: {found} instead of {expected}");
         }
     }

@@ -25,6 +25,40 @@ pub enum Light {
     },
 }
 
+/// What lights need to know of the point that they light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Receiver {
+    pub origin: Vec3,
+    pub normal: Vec3,
+    /// Whether light from below the horizon counts too.
+    pub sees: Sees,
+}
+
+/// From where a point can be lit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sees {
+    Hemisphere,
+    Sphere,
+}
+
+impl Receiver {
+    /// Least share of the light from a direction that a point is taken to reflect, where it can reflect any.
+    ///
+    /// Materials with silhouettes may reflect light from below the horizon, though mostly little. Smaller: more noise
+    /// where they reflect much. Larger: fewer samples for the lights above.
+    const LEAST_FACING: f32 = 0.1;
+
+    /// Cosine between normal and direction (unit), or what stands for it in choosing among lights; 0 only if nothing
+    /// from there is reflected.
+    pub(crate) fn facing(&self, direction: Vec3) -> f32 {
+        let cosine = direction.dot(self.normal);
+        match self.sees {
+            Sees::Hemisphere => cosine.max(0.0),
+            Sees::Sphere => cosine.max(Self::LEAST_FACING),
+        }
+    }
+}
+
 /// A point drawn on a light, as seen from the point it lights.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LightSample {

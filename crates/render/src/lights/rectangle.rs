@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::LightSample;
+use super::{LightSample, Receiver, Sees};
 use crate::math::luminance;
 
 /// A rectangle that emits the same radiance in all directions of one side. It is visible, and blocks light.
@@ -63,10 +63,12 @@ impl RectangleLight {
     }
 
     /// Rough irradiance that a surface point receives, for choosing among lights: 0 only if it is exactly 0.
-    pub(crate) fn importance(&self, from: Vec3, normal: Vec3) -> f32 {
+    pub(crate) fn importance(&self, receiver: &Receiver) -> f32 {
+        let Receiver { origin: from, normal, sees } = *receiver;
         let to_center = self.center - from;
         let cosine = -to_center.dot(self.normal());
-        let above = self.corners().iter().any(|&corner| (corner - from).dot(normal) > 0.0);
+        let above =
+            sees == Sees::Sphere || self.corners().iter().any(|&corner| (corner - from).dot(normal) > 0.0);
         if cosine <= 0.0 || !above {
             return 0.0;
         }

@@ -103,6 +103,7 @@ impl SceneFile {
                 roughness: check.range(&key("roughness"), section.roughness, 0.0, 1.0)?,
                 specular: check.range(&key("specular"), section.specular, 0.0, 1.0)?,
                 opacity: check.range(&key("opacity"), section.opacity, 0.0, 1.0)?,
+                silhouette: None,
             };
             materials.insert(name.as_str(), material);
         }

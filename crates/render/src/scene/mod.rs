@@ -4,6 +4,7 @@ mod build;
 mod checker;
 mod file;
 mod preview;
+mod silhouette;
 
 use std::sync::Arc;
 
@@ -14,6 +15,7 @@ use osculate_geom::field::FilterKind;
 
 pub use file::{CurvatureSection, LoadedMesh, MeshLoader, SceneFile, SceneFileError};
 pub use preview::PreviewOptions;
+pub use silhouette::{QueryForm, SilhouetteMaterial};
 
 use crate::camera::Camera;
 use crate::lights::{Environment, Light};
@@ -86,7 +88,21 @@ pub trait DirectionalCurvature: std::fmt::Debug + Send + Sync {
     fn along(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32>;
 
     /// Curvature along the direction after the filter, 1/length; see [`osculate_geom::field::Filter`].
-    fn filtered(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32>;
+    fn filtered(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32> {
+        self.ask(triangle, barycentrics, direction).map(|answer| answer.kappa)
+    }
+
+    /// What the filter makes of a ray that comes from `direction`.
+    fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature>;
+}
+
+/// What a filter makes of a ray, in the mesh's own units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayCurvature {
+    /// Curvature, 1/length.
+    pub kappa: f32,
+    /// Mean UV displacement per unit of length the way the ray travels, if the filter finds it.
+    pub uv_rate: Option<[f32; 2]>,
 }
 
 /// A similarity: `world = translation + scale * rotation * object`.
@@ -132,6 +148,8 @@ pub struct Material {
     pub specular: f32,
     /// Share of light that the surface stops, in `[0, 1]`; the rest passes straight through.
     pub opacity: f32,
+    /// A material with silhouettes, which takes the place of all of the above.
+    pub silhouette: Option<SilhouetteMaterial>,
 }
 
 impl Default for Material {
@@ -145,6 +163,7 @@ impl Default for Material {
             roughness: 0.6,
             specular: 0.5,
             opacity: 1.0,
+            silhouette: None,
         }
     }
 }

@@ -1,0 +1,78 @@
+//! [`Vertex`]: a path vertex, whatever the surface there is made of.
+
+use glam::Vec3;
+
+use crate::bsdf::{Bsdf, EnergyTable};
+use crate::lights::{Receiver, Sees};
+use crate::shading::ShadingPoint;
+use crate::silhouette::SilhouettePoint;
+
+/// A point where light is reflected. Directions are in the world.
+pub(crate) enum Vertex<'a> {
+    /// An ordinary surface, seen from either side.
+    Surface { point: ShadingPoint<'a>, bsdf: Bsdf },
+    /// A bounding surface with a silhouette BTF under it.
+    Silhouette(SilhouettePoint<'a>),
+}
+
+/// A sampled direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scattered {
+    pub wi: Vec3,
+    /// Reflected radiance over incoming radiance and density.
+    pub weight: Vec3,
+    /// Density over solid angle.
+    pub pdf: f32,
+}
+
+impl Vertex<'_> {
+    /// Whether asking for reflectance here asks a material with silhouettes.
+    pub(crate) fn is_silhouette(&self) -> bool {
+        matches!(self, Self::Silhouette(_))
+    }
+
+    pub(crate) fn receiver(&self) -> Receiver {
+        match self {
+            Self::Surface { point, .. } => {
+                Receiver { origin: point.origin, normal: point.frame.n, sees: Sees::Hemisphere }
+            }
+            Self::Silhouette(point) => Receiver {
+                origin: point.origin_towards(point.frame.n),
+                normal: point.frame.n,
+                sees: Sees::Sphere,
+            },
+        }
+    }
+
+    /// Where rays start that leave in this direction.
+    pub(crate) fn origin_towards(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Surface { point, .. } => point.origin,
+            Self::Silhouette(point) => point.origin_towards(direction),
+        }
+    }
+
+    /// Reflected radiance for light of unit irradiance across its direction, and the density with which [`Self::sample`]
+    /// draws the direction.
+    pub(crate) fn eval(&self, wi: Vec3, energy: &EnergyTable) -> (Vec3, f32) {
+        match self {
+            Self::Surface { point, bsdf } => bsdf.eval(point.wo, point.frame.local_from_world(wi), energy),
+            Self::Silhouette(point) => point.eval(wi),
+        }
+    }
+
+    /// Draws a direction, or `None` where nothing is reflected.
+    pub(crate) fn sample(&self, pick: f32, u: [f32; 2], energy: &EnergyTable) -> Option<Scattered> {
+        match self {
+            Self::Surface { point, bsdf } => {
+                let sample = bsdf.sample(point.wo, pick, u, energy)?;
+                let wi = point.frame.world_from_local(sample.wi);
+                Some(Scattered { wi, weight: sample.weight, pdf: sample.pdf })
+            }
+            Self::Silhouette(point) => {
+                let (wi, weight, pdf) = point.sample(pick, u)?;
+                Some(Scattered { wi, weight, pdf })
+            }
+        }
+    }
+}
