@@ -32,10 +32,11 @@ pub struct Point {
 /// The Voronoi cell that a point lies in, of `counts` scattered points. `jitter` in `[0, 1]`: 0 is a regular lattice.
 #[must_use]
 pub fn cells(uv: Vec2, counts: [u32; 2], jitter: f32, seed: u64) -> Cell {
-    let points = || scatter(uv, counts, jitter, seed);
     let mut nearest = Point { id: 0, offset: Vec2::MAX };
+    let mut points = [nearest; 25];
     let (mut f1, mut f2) = (f32::MAX, f32::MAX);
-    for point in points() {
+    for (kept, point) in points.iter_mut().zip(scatter(uv, counts, jitter, seed)) {
+        *kept = point;
         let distance = point.offset.length();
         if distance < f1 {
             (f2, f1, nearest) = (f1, distance, point);
@@ -49,7 +50,7 @@ pub fn cells(uv: Vec2, counts: [u32; 2], jitter: f32, seed: u64) -> Cell {
         let length = between.length();
         if length < 1e-6 { f32::MAX } else { -(0.5 * (nearest.offset + point.offset)).dot(between / length) }
     };
-    let border = points().map(to_bisector).fold(f32::MAX, f32::min).max(0.0);
+    let border = points.into_iter().map(to_bisector).fold(f32::MAX, f32::min).max(0.0);
     Cell { id: nearest.id, offset: nearest.offset, f1, f2, border }
 }
 

@@ -8,8 +8,8 @@ use super::{PreviewOptions, Scene, Surface};
 use crate::micro::pattern::{hash, unit};
 
 /// Irradiance of the sun on a surface that faces it, and radiance of the sky times pi.
-const SUN: Vec3 = Vec3::new(2.5, 2.35, 2.1);
-const SKY: Vec3 = Vec3::new(0.62, 0.7, 0.82);
+const SUN: Vec3 = Vec3::new(1.75, 1.65, 1.48);
+const SKY: Vec3 = Vec3::new(0.42, 0.47, 0.55);
 const SKY_SAMPLES: u32 = 12;
 
 /// Linear RGB along a ray.

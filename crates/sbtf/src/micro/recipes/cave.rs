@@ -10,8 +10,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let rough = fbm(uv, [14, 14], 4, 2);
     let strata = ledges(1.1 * fbm(warped, [2, 3], 2, 3) + 0.1 * rough);
     let rock = 0.78 + 0.2 * strata + 0.05 * rough + 0.06 * ridges(warped, [7, 7], 3, 4);
-    let large = hole(warped, [3, 3], 0.1 * rough, 5);
-    let small = hole(warped, [8, 8], 0.14 * rough, 6);
+    let large = hole(warped, [3, 3], 0.07 * rough, 5);
+    let small = hole(warped, [8, 8], 0.1 * rough, 6);
     let open = smooth_min(1.0 - large, 1.0 - 0.6 * small, 0.15);
     let height = rock * (0.12 + 0.88 * open) + 0.03 * noise(uv, [40, 40], 7);
     let bands = [srgb(0x8a_6a_48), srgb(0xc9_a8_7c), srgb(0xb2_85_55), srgb(0xdc_c6_a0)];
@@ -35,5 +35,7 @@ fn ledges(x: f32) -> f32 {
 fn hole(uv: Vec2, counts: [u32; 2], edge: f32, seed: u64) -> f32 {
     let cell = cells(uv, counts, 0.9, seed);
     let depth = rise(unit(cell.id, 3), 0.15, 0.35) * (0.6 + 0.4 * unit(cell.id, 4));
-    depth * rise(cell.border + edge, 0.08, 0.36)
+    // The outline is round where the cell is large enough for it, and follows the cell where it is not.
+    let inside = smooth_min(0.5 - cell.f1, cell.border - 0.03, 0.2) + edge;
+    depth * rise(inside, 0.0, 0.2)
 }

@@ -7,7 +7,7 @@ use crate::micro::pattern::{ball, fall, mix, ramp, scatter, smooth_max, srgb, un
 
 /// Lattice, radius of the bubbles over a cell, and how high they stand: from a few large ones to a bed of small ones.
 const SIZES: [(u32, f32, f32, f32); 4] =
-    [(4, 0.34, 0.58, 1.0), (7, 0.3, 0.56, 0.86), (13, 0.34, 0.6, 0.66), (24, 0.5, 0.72, 0.48)];
+    [(4, 0.34, 0.52, 1.0), (7, 0.32, 0.5, 0.84), (13, 0.36, 0.56, 0.62), (24, 0.5, 0.7, 0.42)];
 
 pub(super) fn texel(uv: Vec2) -> Texel {
     let (mut height, mut tint) = (0.12, 0.5);
@@ -17,8 +17,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
             let distance = bubble.offset.length() / radius;
             if distance < 1.0 {
                 // Small bubbles are round, large ones are pressed flatter; each one sits a little higher or lower.
-                let rise = radius / count as f32 * 2.1;
-                let surface = top - 0.1 * unit(bubble.id, 4) - rise.min(0.34) * (1.0 - ball(distance));
+                let rise = radius / count as f32 * 4.5;
+                let surface = top - 0.1 * unit(bubble.id, 4) - rise.min(0.5) * (1.0 - ball(distance));
                 if surface > height {
                     tint = unit(bubble.id, 5);
                 }
@@ -26,8 +26,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
             }
         }
     }
-    let film = ramp(&[srgb(0xd9_c9_8e), srgb(0xf2_e8_c6), srgb(0xe6_cf_96), srgb(0xf7_f1_de)], tint);
+    let film = ramp(&[srgb(0xc4_ac_6a), srgb(0xdc_ca_98), srgb(0xcf_b4_74), srgb(0xe6_da_b8)], tint);
     let gap = fall(height, 0.2, 0.75);
-    let albedo = mix(film, srgb(0xa0_7c_3c), 0.8 * gap).min(Vec3::splat(0.92));
+    let albedo = mix(film, srgb(0x7c_58_24), 0.85 * gap).min(Vec3::splat(0.92));
     Texel { height, albedo, roughness: 0.3 + 0.35 * gap, metalness: 0.0 }
 }

@@ -103,7 +103,7 @@ impl Builtin {
     }
 }
 
-/// Evaluates a recipe at four points of every texel and takes their mean, so that edges do not alias; then stretches the heights to
+/// Evaluates a recipe at two points of every texel and takes their mean, so that edges do not alias; then stretches the heights to
 /// `[0, 1]`.
 fn height_field(resolution: usize, depth: f32, texel: fn(Vec2) -> Texel) -> HeightField {
     let texels: Vec<Texel> =
@@ -131,13 +131,13 @@ fn height_field(resolution: usize, depth: f32, texel: fn(Vec2) -> Texel) -> Heig
 fn texel_mean(index: usize, resolution: usize, texel: fn(Vec2) -> Texel) -> Texel {
     let corner = Vec2::new((index % resolution) as f32, (index / resolution) as f32);
     let mut mean = Texel { height: 0.0, albedo: Vec3::ZERO, roughness: 0.0, metalness: 0.0 };
-    for shift in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
+    for shift in [(0.25, 0.25), (0.75, 0.75)] {
         let Texel { height, albedo, roughness, metalness } =
             texel((corner + Vec2::from(shift)) / resolution as f32);
-        mean.height += 0.25 * height;
-        mean.albedo += 0.25 * albedo;
-        mean.roughness += 0.25 * roughness;
-        mean.metalness += 0.25 * metalness;
+        mean.height += 0.5 * height;
+        mean.albedo += 0.5 * albedo;
+        mean.roughness += 0.5 * roughness;
+        mean.metalness += 0.5 * metalness;
     }
     mean
 }

@@ -12,10 +12,10 @@ const HOLES: u32 = 4;
 const RADIUS: f32 = 0.072;
 const DEPTH: f32 = 0.08;
 /// Depth of the grain, and radius of the rounded edge of a hole.
-const GRAIN: f32 = 0.012;
+const GRAIN: f32 = 0.006;
 const EDGE: f32 = 0.022;
 /// Vertices along each side of a hole's square; even, so that shifted rows meet vertex to vertex.
-const SIDE: u32 = 40;
+const SIDE: u32 = 44;
 const TOP_RINGS: u32 = 20;
 const WALL_RINGS: u32 = 4;
 const BOTTOM_RINGS: u32 = 3;
@@ -35,7 +35,7 @@ pub(super) fn build() -> TileMesh {
         }
     }
     let leather = |code, roughness| Reflectance { albedo: srgb(code), roughness, metalness: 0.0 };
-    mesh.finish(vec![leather(0xb8_7a_42, 0.45), leather(0xc8_a8_80, 0.95)], DEPTH)
+    mesh.finish(vec![leather(0xa4_62_30, 0.45), leather(0xc8_a8_80, 0.95)], DEPTH)
 }
 
 /// The square of sheet round one hole: its top from the outline inward, the wall of the hole, and the underside outward.
@@ -98,7 +98,7 @@ fn top_vertex(mesh: &mut MeshBuilder, p: Vec2, centre: Vec2) -> u32 {
 fn top(p: Vec2, centre: Vec2) -> f32 {
     let from_edge = (p.distance(centre) - RADIUS).max(0.0);
     let bend = (1.0 - from_edge / EDGE).max(0.0);
-    let grain = (1.0 - pebbles(p, [18, 18], 60)) + 0.25 * fbm(p, [5, 5], 2, 61).max(0.0);
+    let grain = (1.0 - pebbles(p, [26, 26], 60)) + 0.25 * fbm(p, [5, 5], 2, 61).max(0.0);
     -GRAIN * grain.clamp(0.0, 1.0) * (1.0 - 0.6 * bend) - EDGE * (1.0 - ball(bend))
 }
 

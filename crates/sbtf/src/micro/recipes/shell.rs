@@ -6,7 +6,7 @@ use super::Texel;
 use crate::micro::pattern::{ball, fbm, mix, noise, ramp, rise, srgb, wave};
 
 /// Ribs along u and growth rings along v.
-const RIBS: f32 = 8.0;
+const RIBS: f32 = 6.0;
 const RINGS: f32 = 5.0;
 
 pub(super) fn texel(uv: Vec2) -> Texel {
@@ -17,10 +17,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let phase = ring.rem_euclid(1.0);
     // A scale rises slowly and ends in a lip.
     let scale = rise(phase, 0.0, 0.86) * (1.0 - rise(phase, 0.9, 1.0));
-    let fine = wave(7.0 * ring) * 0.5 + wave(RIBS * 5.0 * uv.x) * 0.5;
-    let height =
-        0.74 * rib + 0.28 * scale * (0.35 + 0.65 * rib) + 0.025 * fine + 0.02 * fbm(uv, [20, 12], 3, 2);
-    let band = wave(RINGS * uv.y - 0.42 * rib) * 0.5 + wave(uv.y) * 0.2 + 0.35 + 0.25 * fbm(uv, [8, 6], 3, 3);
+    let height = 0.7 * rib + 0.34 * scale * (0.3 + 0.7 * rib) + 0.025 * fbm(uv, [36, 8], 3, 2);
+    let band = 0.6 * wave(uv.y) + 0.3 * phase + 0.35 * fbm(uv, [6, 5], 3, 3);
     let colour = ramp(&[srgb(0xf4_e4_d0), srgb(0xea_b2_96), srgb(0xc8_6a_58), srgb(0x9c_40_44)], band);
     let albedo = mix(srgb(0xee_dc_c8), colour, 0.35 + 0.65 * rib);
     Texel { height, albedo, roughness: 0.28 + 0.2 * (1.0 - rib), metalness: 0.0 }

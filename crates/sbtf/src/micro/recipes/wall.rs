@@ -8,10 +8,10 @@ use crate::micro::pattern::{
 };
 
 /// Bricks along u, and courses along v (an even number, so that the bond repeats).
-const BRICKS: u32 = 4;
-const COURSES: u32 = 10;
+const BRICKS: u32 = 3;
+const COURSES: u32 = 8;
 /// Half the width of a joint, in UV units.
-const JOINT: f32 = 0.008;
+const JOINT: f32 = 0.011;
 
 pub(super) fn texel(uv: Vec2) -> Texel {
     let p = warp(uv, [8, 8], 2, 0.004, 1);
@@ -26,7 +26,9 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let tilt = 0.25 * (unit(brick, 5) - 0.5) * centre.x + 0.2 * (unit(brick, 6) - 0.5) * centre.y;
     let face = 0.72 + 0.22 * unit(brick, 4) + tilt + 0.05 * grit - 0.12 * pits(uv);
     let fired = face * dome((chipped + 0.004) / 0.016);
-    let mortar = 0.24 + 0.1 * fbm(uv, [28, 28], 4, 7);
+    // Mortar has crumbled here and there.
+    let crumbled = rise(fbm(uv, [5, 5], 3, 11), 0.15, 0.5);
+    let mortar = 0.58 - 0.4 * crumbled + 0.1 * fbm(uv, [28, 28], 4, 7);
     let height = smooth_max(fired, mortar, 0.08);
     let is_brick = rise(fired - mortar, -0.04, 0.08);
     let kinds = [srgb(0x9c_48_34), srgb(0x84_3a_2e), srgb(0xb0_60_44), srgb(0x70_38_34), srgb(0xa8_54_38)];

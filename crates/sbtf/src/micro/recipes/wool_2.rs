@@ -23,7 +23,7 @@ pub(super) fn texel(uv: Vec2) -> Texel {
         &[srgb(0x8c_3a_34), srgb(0x6e_2c_32), srgb(0xa0_4c_3a)]
     };
     let lit = rise(height, -0.3, 0.9);
-    let fuzz = 0.05 * noise(uv, [100, 100], 4) + 0.06 * fbm(uv, [44, 44], 2, 5);
+    let fuzz = 0.025 * noise(uv, [100, 100], 4) + 0.03 * fbm(uv, [44, 44], 2, 5);
     let shade = 0.9 + 0.25 * noise(uv, [130, 130], 6) + 0.3 * fbm(uv, [7, 7], 3, 7);
     let albedo = mix(srgb(0x24_18_14), pick(dyed, id) * shade, 0.15 + 0.85 * lit);
     Texel { height: height + fuzz, albedo, roughness: 0.95, metalness: 0.0 }
@@ -36,6 +36,6 @@ fn strand(across: f32, along: f32, phase: f32) -> (f32, f32) {
     let over = (PI * (along - 0.5 + yarn + phase)).cos();
     // Flattened where it passes over, as cloth is pressed.
     let path = 0.36 * over * (1.15 - 0.15 * over);
-    let round = yarn::twisted(place, 1.5 * along, 3.0).map_or(-1.0, |r| path + 0.62 * r - 0.1);
+    let round = yarn::twisted(place, 2.2 * along, 3.0).map_or(-1.0, |r| path + 0.62 * r - 0.1);
     (round.max(-0.55), yarn)
 }

@@ -15,5 +15,5 @@ pub(super) fn twisted(across: f32, turns: f32, plies: f32) -> Option<f32> {
     let round = across.asin() / TAU * plies;
     let strand = 0.5 + 0.5 * (TAU * (turns + round)).cos();
     // The square root makes strands round with narrow valleys between, instead of a sine.
-    Some(ball(across) * (0.78 + 0.22 * strand.sqrt()))
+    Some(ball(across) * (0.6 + 0.4 * strand.sqrt()))
 }
