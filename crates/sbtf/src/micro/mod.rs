@@ -2,12 +2,17 @@
 //!
 //! One tile covers the unit square of UV and repeats. It is either a [`HeightField`] with [`Maps`] or a [`TileMesh`].
 
+mod colour;
 mod height_field;
 mod maps;
+pub mod pattern;
+pub mod preview;
+mod recipes;
 mod tile_mesh;
 
 pub use height_field::HeightField;
 pub use maps::{Grid, Maps, Reflectance};
+pub use recipes::{BUILTINS, Builtin, DEFAULT_RESOLUTION};
 pub use tile_mesh::{TileMesh, TileTriangle};
 
 /// A material's geometry and reflectance on one tile.
@@ -17,6 +22,19 @@ pub struct Microstructure {
     pub name: String,
     /// What a ray can hit.
     pub geometry: Geometry,
+}
+
+impl Microstructure {
+    /// The procedural material of a name, see [`BUILTINS`]; height fields have [`DEFAULT_RESOLUTION`] texels a side.
+    #[must_use]
+    pub fn builtin(name: &str) -> Option<Self> {
+        Builtin::find(name).map(|builtin| builtin.build(DEFAULT_RESOLUTION))
+    }
+
+    /// Names of all procedural materials.
+    pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+        BUILTINS.iter().map(|builtin| builtin.name)
+    }
 }
 
 /// The geometry of a microstructure.

@@ -17,6 +17,8 @@ pub struct TileMesh {
     triangles: Vec<TileTriangle>,
     /// What the triangles' `material` counts.
     materials: Vec<Reflectance>,
+    /// What the albedo is multiplied by at each vertex, in `[0, 1]`; `None` is 1.
+    tints: Option<Vec<Vec3>>,
     depth: f32,
 }
 
@@ -52,7 +54,21 @@ impl TileMesh {
                 && (t.material as usize) < materials.len()
         };
         assert!(triangles.iter().all(in_range), "indices in range");
-        Self { positions, normals, triangles, materials, depth }
+        Self { positions, normals, triangles, materials, tints: None, depth }
+    }
+
+    /// The same mesh with albedos that vary inside triangles: each is multiplied by the interpolated tint.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one tint in `[0, 1]` per vertex.
+    #[must_use]
+    pub fn with_tints(mut self, tints: Vec<Vec3>) -> Self {
+        assert_eq!(tints.len(), self.positions.len(), "one tint per vertex");
+        let in_range = |t: &Vec3| t.cmpge(Vec3::ZERO).all() && t.cmple(Vec3::ONE).all();
+        assert!(tints.iter().all(in_range), "tints in [0, 1]");
+        self.tints = Some(tints);
+        self
     }
 
     /// `(u, v, z)` of the vertices.
@@ -77,6 +93,39 @@ impl TileMesh {
     #[must_use]
     pub fn materials(&self) -> &[Reflectance] {
         &self.materials
+    }
+
+    /// Factors of the albedo, one per vertex, if it varies inside triangles.
+    #[must_use]
+    pub fn tints(&self) -> Option<&[Vec3]> {
+        self.tints.as_deref()
+    }
+
+    /// Reflectance at a point of a triangle.
+    ///
+    /// # Panics
+    ///
+    /// If the triangle is out of range.
+    #[must_use]
+    pub fn reflectance(&self, triangle: usize, barycentrics: [f32; 3]) -> Reflectance {
+        let TileTriangle { vertices, material } = self.triangles[triangle];
+        let base = self.materials[material as usize];
+        let Some(tints) = &self.tints else { return base };
+        let tint: Vec3 = vertices.iter().zip(barycentrics).map(|(&v, w)| tints[v as usize] * w).sum();
+        Reflectance { albedo: base.albedo * tint, ..base }
+    }
+
+    /// Unit shading normal at a point of a triangle; the triangle's own where the interpolated one vanishes.
+    ///
+    /// # Panics
+    ///
+    /// If the triangle is out of range.
+    #[must_use]
+    pub fn normal(&self, triangle: usize, barycentrics: [f32; 3]) -> Vec3 {
+        let vertices = self.triangles[triangle].vertices.map(|v| v as usize);
+        let sum: Vec3 = vertices.iter().zip(barycentrics).map(|(&v, w)| self.normals[v] * w).sum();
+        let [a, b, c] = vertices.map(|v| self.positions[v]);
+        sum.normalize_or((b - a).cross(c - a).normalize_or(Vec3::Z))
     }
 
     /// Depth of the space that the triangles lie in, in UV units.
