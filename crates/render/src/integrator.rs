@@ -6,8 +6,8 @@
 
 use glam::Vec3;
 use osculate_geom::rays::{Hit, Ray};
+use osculate_sbtf::brdf::Bsdf;
 
-use crate::bsdf::Bsdf;
 use crate::camera::CameraRay;
 use crate::counters::Counters;
 use crate::effects::Effects;
