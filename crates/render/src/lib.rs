@@ -40,7 +40,6 @@
 //! Participating media, refraction, spectral rendering, motion blur, GPU.
 
 pub mod aov;
-mod bsdf;
 mod camera;
 mod counters;
 mod curvature;

@@ -6,9 +6,9 @@ use glam::Vec3;
 use osculate_geom::mesh::{Weld, smooth_normals};
 use osculate_geom::rays::{Bvh, Hit, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
+use osculate_sbtf::brdf::EnergyTable;
 use thiserror::Error;
 
-use crate::bsdf::EnergyTable;
 use crate::curvature::ObjectPoint;
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use osculate_geom::rays::Hit;
+use osculate_sbtf::brdf::{Bsdf, BsdfParameters};
 
-use crate::bsdf::{Bsdf, BsdfParameters};
 use crate::math::Frame;
 use crate::prepared::Prepared;
 use crate::scene::Material;

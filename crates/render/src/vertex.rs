@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use crate::bsdf::{Bsdf, EnergyTable};
+use osculate_sbtf::brdf::{Bsdf, EnergyTable};
+
 use crate::lights::{Receiver, Sees};
 use crate::shading::ShadingPoint;
 use crate::silhouette::SilhouettePoint;

@@ -23,12 +23,20 @@
 //! | [`query`] | one query, its answer, and what can answer it |
 //! | [`samples`] | batches of training samples, and where they come from |
 //! | [`silhouette`] | where grazing rays begin to hit, and its closed forms |
+//! | [`brdf`] | the reflection model of microstructures and of the renderer |
+//! | [`random`] | numbers that depend on seed and place only |
+//! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
 //! | [`model`] | architectures and parameters of the networks |
 
+pub mod brdf;
 pub mod micro;
 pub mod model;
+pub mod patch;
 pub mod query;
+pub mod random;
 pub mod samples;
 pub mod silhouette;
+#[cfg(test)]
+mod test_support;
 
 pub use query::{Answer, Query, SilhouetteBtf};

@@ -6,17 +6,19 @@
 //! `alpha = roughness^2`, Fresnel after Schlick, masking after Smith (height-correlated), visible normals are sampled.
 
 mod energy;
+mod frame;
 mod ggx;
+mod sampling;
 
 use glam::Vec3;
 
-pub(crate) use energy::EnergyTable;
-
-use crate::math::{cosine_hemisphere, luminance};
+pub use energy::EnergyTable;
+pub use frame::{Frame, tangents};
+pub use sampling::{concentric_disk, cosine_hemisphere, luminance};
 
 /// What a surface point reflects with, in its local frame (normal +z).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bsdf {
+pub struct Bsdf {
     /// Albedo of the base, after metalness.
     diffuse: Vec3,
     /// `1 / (1 - E_avg)` of the layer on the base.
@@ -33,7 +35,8 @@ pub(crate) struct Bsdf {
 
 /// A sampled direction.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BsdfSample {
+pub struct BsdfSample {
+    /// Unit direction that the light comes from.
     pub wi: Vec3,
     /// `f cos_i / pdf`.
     pub weight: Vec3,
@@ -43,16 +46,21 @@ pub(crate) struct BsdfSample {
 
 /// The numbers of a material that the BSDF is made from, for one surface point.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BsdfParameters {
+pub struct BsdfParameters {
+    /// Linear RGB in `[0, 1]`: albedo of the base, or reflectance of the metal at normal incidence.
     pub base_color: Vec3,
+    /// 0 for a dielectric, 1 for a metal.
     pub metallic: f32,
+    /// Perceptual roughness in `[0, 1]`.
     pub roughness: f32,
     /// 0.5 gives the 4 % reflectance of common plastics; 0 removes the layer.
     pub specular: f32,
 }
 
 impl Bsdf {
-    pub(crate) fn new(p: &BsdfParameters, table: &EnergyTable) -> Self {
+    /// The reflection at a point with these parameters.
+    #[must_use]
+    pub fn new(p: &BsdfParameters, table: &EnergyTable) -> Self {
         let f0 = 0.08 * p.specular;
         // A grazing reflectance that vanishes with f0, so that specular 0 is exactly Lambert.
         let f90 = (50.0 * f0).min(1.0);
@@ -71,7 +79,8 @@ impl Bsdf {
     }
 
     /// `f cos_i` and the density with which [`Self::sample`] draws `wi`. Both are 0 below the horizon.
-    pub(crate) fn eval(&self, wo: Vec3, wi: Vec3, table: &EnergyTable) -> (Vec3, f32) {
+    #[must_use]
+    pub fn eval(&self, wo: Vec3, wi: Vec3, table: &EnergyTable) -> (Vec3, f32) {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return (Vec3::ZERO, 0.0);
         }
@@ -87,8 +96,10 @@ impl Bsdf {
         (f, chance * ggx.pdf + (1.0 - chance) * cosine_pdf)
     }
 
-    /// Draws `wi` for `wo`, or `None` where nothing is reflected. `pick` chooses the lobe.
-    pub(crate) fn sample(&self, wo: Vec3, pick: f32, u: [f32; 2], table: &EnergyTable) -> Option<BsdfSample> {
+    /// Draws `wi` for `wo`, or `None` where nothing is reflected. `pick` and `u` are uniform in `[0, 1)`;
+    /// `pick` chooses the lobe.
+    #[must_use]
+    pub fn sample(&self, wo: Vec3, pick: f32, u: [f32; 2], table: &EnergyTable) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }

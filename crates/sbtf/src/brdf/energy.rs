@@ -10,15 +10,23 @@ const SIZE: usize = 32;
 /// `E(cos_o, roughness) = f0 A + f90 B`, with `A` and `B` tabulated. A made table differs from the integral by less than
 /// 0.003.
 #[derive(Debug, Clone)]
-pub(crate) struct EnergyTable {
+pub struct EnergyTable {
     /// `[roughness][cosine]`.
     split: Vec<[[f32; 2]; SIZE]>,
     /// `2 * integral of E cos d cos`, per roughness.
     average: Vec<[f32; 2]>,
 }
 
+impl Default for EnergyTable {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl EnergyTable {
-    pub(crate) fn new() -> Self {
+    /// Integrates the table, which takes some milliseconds; make one and share it.
+    #[must_use]
+    pub fn new() -> Self {
         let grid = |i: usize| i as f32 / (SIZE - 1) as f32;
         // The albedo changes fastest at grazing angles, so the grid is even in the root of the cosine.
         let row = |j: usize| std::array::from_fn(|i| integrate((grid(i) * grid(i)).max(1e-4), grid(j)));
@@ -28,7 +36,8 @@ impl EnergyTable {
     }
 
     /// `[A, B]`, bilinear in the table.
-    pub(crate) fn split(&self, cosine: f32, roughness: f32) -> [f32; 2] {
+    #[must_use]
+    pub fn split(&self, cosine: f32, roughness: f32) -> [f32; 2] {
         let (i, fi) = position(cosine.max(0.0).sqrt());
         let (j, fj) = position(roughness);
         let at = |k: usize| {
@@ -39,7 +48,8 @@ impl EnergyTable {
     }
 
     /// `[A, B]` averaged over the cosine-weighted hemisphere.
-    pub(crate) fn average(&self, roughness: f32) -> [f32; 2] {
+    #[must_use]
+    pub fn average(&self, roughness: f32) -> [f32; 2] {
         let (j, fj) = position(roughness);
         let at = |k: usize| self.average[j][k] + fj * (self.average[j + 1][k] - self.average[j][k]);
         [at(0), at(1)]

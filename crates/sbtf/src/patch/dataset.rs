@@ -1,0 +1,392 @@
+//! [`PatchDataset`]: training samples made on the fly.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::distribution::{self, KappaDistribution};
+use super::pool::PatchPool;
+use super::{Patch, Sweep, TileOptions, TileSurface, Transport, TransportOptions};
+use crate::micro::{Geometry, Microstructure};
+use crate::random::Random;
+use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
+
+/// What samples there are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DatasetOptions {
+    /// Curvatures, 1/UV units. Default -2.5 to 2.5.
+    pub kappa_range: [f32; 2],
+    /// Number of different patches; `None`, the default, never repeats one. The paper has 2,400.
+    pub patches: Option<u64>,
+    /// Patches in a batch of appearance samples (and of opacity samples of tile meshes). Each patch appears in so many
+    /// batches one after the other, so that one is made per batch. Default 8; the paper's protocol is 1.
+    pub patches_per_batch: u64,
+    /// Transport.
+    pub transport: TransportOptions,
+    /// Triangulation; `largest_curvature` is taken from `kappa_range`.
+    pub tile: TileOptions,
+    /// Everything random follows from it.
+    pub seed: u64,
+}
+
+impl Default for DatasetOptions {
+    fn default() -> Self {
+        Self {
+            kappa_range: [-2.5, 2.5],
+            patches: None,
+            patches_per_batch: 8,
+            transport: TransportOptions::default(),
+            tile: TileOptions::default(),
+            seed: 0,
+        }
+    }
+}
+
+impl DatasetOptions {
+    /// The size in the paper, section 4.4: 2,400 patches, each of which fills one batch of 65,536 queries.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { patches: Some(2400), patches_per_batch: 1, ..Self::default() }
+    }
+}
+
+/// Why there can be no dataset.
+#[derive(Debug, Error, PartialEq)]
+pub enum DatasetError {
+    /// The range of curvatures is not one.
+    #[error("the range of curvatures {0} to {1} is not finite or not ascending")]
+    KappaRange(f32, f32),
+    /// A count is zero.
+    #[error("{0} must not be 0")]
+    Zero(&'static str),
+    /// Rays that look straight down do not hit it.
+    #[error("{name}: none of {tries} rays hits the material")]
+    NothingToHit {
+        /// The microstructure.
+        name: String,
+        /// Rays that were tried.
+        tries: u32,
+    },
+}
+
+/// Samples of a microstructure on patches.
+#[derive(Debug)]
+pub struct PatchDataset {
+    options: DatasetOptions,
+    kappas: KappaDistribution,
+    tile: Arc<TileSurface>,
+    sweep: Option<Sweep>,
+    transport: Transport,
+    pool: PatchPool,
+}
+
+/// Streams of random numbers.
+#[derive(Clone, Copy)]
+enum Stream {
+    Opacity = 1,
+    Appearance = 2,
+    Patch = 3,
+}
+
+/// Rows that one task makes.
+const ROWS_AT_ONCE: usize = 1024;
+
+/// Rays that are tried for one sample of the appearance.
+const MOST_TRIES: u32 = 4096;
+
+impl PatchDataset {
+    /// Prepares a microstructure: triangulates it and measures what the sampling needs.
+    ///
+    /// # Errors
+    ///
+    /// Where the options contradict themselves, or the material cannot be hit.
+    pub fn new(micro: &Microstructure, options: DatasetOptions) -> Result<Self, DatasetError> {
+        let [least, most] = options.kappa_range;
+        if !(least.is_finite() && most.is_finite() && least <= most) {
+            return Err(DatasetError::KappaRange(least, most));
+        }
+        if options.patches == Some(0) {
+            return Err(DatasetError::Zero("the number of patches"));
+        }
+        if options.patches_per_batch == 0 {
+            return Err(DatasetError::Zero("the number of patches per batch"));
+        }
+        if options.transport.bounces == 0 {
+            return Err(DatasetError::Zero("the number of bounces"));
+        }
+        let largest_curvature = least.abs().max(most.abs());
+        let tile = Arc::new(TileSurface::new(micro, &TileOptions { largest_curvature, ..options.tile }));
+        let sweep = match &micro.geometry {
+            Geometry::HeightField(field) => Some(Sweep::new(field)),
+            Geometry::TileMesh(_) => None,
+        };
+        let dataset = Self {
+            kappas: KappaDistribution::new(options.kappa_range),
+            transport: Transport::new(options.transport),
+            // Twice what one batch uses, so that a few threads may be at neighbouring batches.
+            pool: PatchPool::new(2 * usize::try_from(options.patches_per_batch).unwrap_or(64).min(64) + 2),
+            options,
+            tile,
+            sweep,
+        };
+        dataset.check_hits(&micro.name)?;
+        Ok(dataset)
+    }
+
+    /// The triangles that samples come from.
+    #[must_use]
+    pub fn tile(&self) -> &TileSurface {
+        &self.tile
+    }
+
+    fn check_hits(&self, name: &str) -> Result<(), DatasetError> {
+        const TRIES: u32 = 1024;
+        let patch = Patch::new(self.tile.clone(), self.options.kappa_range[1], 0.0);
+        let mut random = Random::new(self.options.seed, 0, 0);
+        let mut uv = || Vec2::new(random.unit(), random.unit());
+        let hit = (0..TRIES).any(|_| patch.hits(uv(), Vec3::Z));
+        if hit { Ok(()) } else { Err(DatasetError::NothingToHit { name: name.to_owned(), tries: TRIES }) }
+    }
+
+    /// The patches of a batch. They are made before the rows are, so that no row waits for another.
+    fn patches(&self, index: u64) -> Vec<Arc<Patch>> {
+        let make = |group: u64| {
+            let number = self.options.patches.map_or(index + group, |n| (index + group) % n);
+            self.pool.get(number, || {
+                let mut random = Random::new(self.options.seed, Stream::Patch as u64, number);
+                let kappa = self.kappas.sample(&mut random);
+                Patch::new(self.tile.clone(), kappa, std::f32::consts::TAU * random.unit())
+            })
+        };
+        (0..self.options.patches_per_batch).map(make).collect()
+    }
+
+    fn opacity_sample(&self, patch: Option<&Patch>, random: &mut Random) -> OpacitySample {
+        let uv = Vec2::new(random.unit(), random.unit());
+        let (kappa, along) = match patch {
+            Some(patch) => patch_query(patch, random),
+            None => {
+                let kappa = self.kappas.sample(random);
+                (kappa, Vec2::from_angle(std::f32::consts::TAU * random.unit()))
+            }
+        };
+        let depth = self.tile.depth();
+        let silhouette = self.sweep.as_ref().map(|sweep| sweep.silhouette_cosine(uv, along, kappa));
+        let cos_o = distribution::opacity_cosine(silhouette, kappa, depth, random);
+        let wo = viewer(along, cos_o);
+        let opaque = match (silhouette, patch) {
+            (Some(cosine), _) => cos_o >= cosine,
+            (None, Some(patch)) => patch.hits(uv, wo),
+            (None, None) => unreachable!("tile meshes are asked on patches"),
+        };
+        OpacitySample {
+            uv,
+            wo,
+            kappa,
+            silhouette: silhouette.unwrap_or(f32::NAN),
+            alpha: f32::from(u8::from(opaque)),
+        }
+    }
+
+    fn appearance_sample(&self, patch: &Patch, random: &mut Random) -> AppearanceSample {
+        let mut last = None;
+        for _ in 0..MOST_TRIES {
+            let uv = Vec2::new(random.unit(), random.unit());
+            let (kappa, along) = patch_query(patch, random);
+            let wo = viewer(along, distribution::appearance_cosine(random));
+            let wi = distribution::light(wo, random);
+            let found = patch.sample(&self.transport, uv, wo, wi, random);
+            let (offset, rgb) = found.map_or((Vec2::ZERO, Vec3::ZERO), |s| (s.offset, s.rgb));
+            let sample = AppearanceSample { uv, wo, wi, kappa, offset, rgb };
+            if found.is_some() {
+                return sample;
+            }
+            last = Some(sample);
+        }
+        // One ray in a thousand hits a material that passed the check, so that this happens to one sample in 60 at worst.
+        last.expect("at least one try")
+    }
+}
+
+struct OpacitySample {
+    uv: Vec2,
+    wo: Vec3,
+    kappa: f32,
+    silhouette: f32,
+    alpha: f32,
+}
+
+struct AppearanceSample {
+    uv: Vec2,
+    wo: Vec3,
+    wi: Vec3,
+    kappa: f32,
+    offset: Vec2,
+    rgb: Vec3,
+}
+
+/// Curvature of a patch, and one of the two ways across it.
+#[allow(clippy::cast_possible_truncation, reason = "it was made from an f32")]
+fn patch_query(patch: &Patch, random: &mut Random) -> (f32, Vec2) {
+    let across = patch.across().as_vec2();
+    (patch.kappa() as f32, if random.unit() < 0.5 { across } else { -across })
+}
+
+/// The direction to a viewer whose rays run along `along`.
+fn viewer(along: Vec2, cosine: f32) -> Vec3 {
+    ((1.0 - cosine * cosine).max(0.0).sqrt() * -along).extend(cosine)
+}
+
+impl SampleSource for PatchDataset {
+    fn fill_opacity(&self, index: u64, batch: &mut OpacityBatch) {
+        let count = batch.len();
+        let patches = if self.sweep.is_none() { self.patches(index) } else { Vec::new() };
+        let sample = |row: usize| {
+            let patch = patches.get(row * patches.len() / count);
+            let mut random = self.random(Stream::Opacity, index, row);
+            self.opacity_sample(patch.map(|p| &**p), &mut random)
+        };
+        for (first, rows) in chunks(count, sample) {
+            for (row, s) in (first..).zip(rows) {
+                [batch.uv[0][row], batch.uv[1][row]] = s.uv.to_array();
+                [batch.wo[0][row], batch.wo[1][row], batch.wo[2][row]] = s.wo.to_array();
+                batch.kappa_hat[row] = s.kappa;
+                batch.silhouette_cosine[row] = s.silhouette;
+                batch.alpha[row] = s.alpha;
+            }
+        }
+    }
+
+    fn fill_appearance(&self, index: u64, batch: &mut AppearanceBatch) {
+        let count = batch.len();
+        let patches = self.patches(index);
+        let sample = |row: usize| {
+            let mut random = self.random(Stream::Appearance, index, row);
+            self.appearance_sample(&patches[row * patches.len() / count], &mut random)
+        };
+        for (first, rows) in chunks(count, sample) {
+            for (row, s) in (first..).zip(rows) {
+                [batch.uv[0][row], batch.uv[1][row]] = s.uv.to_array();
+                [batch.wo[0][row], batch.wo[1][row], batch.wo[2][row]] = s.wo.to_array();
+                [batch.wi[0][row], batch.wi[1][row], batch.wi[2][row]] = s.wi.to_array();
+                batch.kappa_hat[row] = s.kappa;
+                [batch.offset[0][row], batch.offset[1][row]] = s.offset.to_array();
+                [batch.rgb[0][row], batch.rgb[1][row], batch.rgb[2][row]] = s.rgb.to_array();
+            }
+        }
+    }
+}
+
+impl PatchDataset {
+    fn random(&self, stream: Stream, index: u64, row: usize) -> Random {
+        // Rows of one batch are numbered in the low half.
+        Random::new(self.options.seed ^ index.rotate_left(32), stream as u64, row as u64)
+    }
+}
+
+/// Makes rows in parallel; the parts come with the number of their first row.
+fn chunks<T: Send>(count: usize, sample: impl Fn(usize) -> T + Sync) -> Vec<(usize, Vec<T>)> {
+    let parts: Vec<usize> = (0..count).step_by(ROWS_AT_ONCE).collect();
+    parts
+        .into_par_iter()
+        .map(|first| (first, (first..(first + ROWS_AT_ONCE).min(count)).map(&sample).collect()))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patch::test_fields::{bumps, level};
+
+    fn dataset(options: DatasetOptions) -> PatchDataset {
+        let micro = Microstructure { name: "bumps".into(), geometry: Geometry::HeightField(bumps(48, 0.15)) };
+        PatchDataset::new(&micro, options).expect("valid options")
+    }
+
+    fn appearance(dataset: &PatchDataset, index: u64, count: usize) -> AppearanceBatch {
+        let mut batch = AppearanceBatch::default();
+        batch.resize(count);
+        dataset.fill_appearance(index, &mut batch);
+        batch
+    }
+
+    fn opacity(dataset: &PatchDataset, index: u64, count: usize) -> OpacityBatch {
+        let mut batch = OpacityBatch::default();
+        batch.resize(count);
+        dataset.fill_opacity(index, &mut batch);
+        batch
+    }
+
+    #[test]
+    fn samples_depend_on_seed_and_index_only() {
+        let (a, b) = (dataset(DatasetOptions::default()), dataset(DatasetOptions::default()));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        // In another order, on another number of threads.
+        let first = [3, 0, 1].map(|i| (i, appearance(&a, i, 3000)));
+        for (i, batch) in first {
+            assert_eq!(pool.install(|| appearance(&b, i, 3000)), batch);
+            assert_ne!(appearance(&b, i + 7, 3000), batch);
+        }
+        assert_eq!(pool.install(|| opacity(&b, 5, 3000)), opacity(&a, 5, 3000));
+        let other = dataset(DatasetOptions { seed: 1 << 63, ..DatasetOptions::default() });
+        assert_ne!(opacity(&other, 5, 3000), opacity(&a, 5, 3000));
+    }
+
+    #[test]
+    fn patches_repeat_where_there_are_only_so_many() {
+        let few =
+            dataset(DatasetOptions { patches: Some(2), patches_per_batch: 1, ..DatasetOptions::default() });
+        let kappa = |index| appearance(&few, index, 64).kappa_hat;
+        assert_eq!(kappa(0), kappa(2));
+        assert_ne!(kappa(0), kappa(1));
+        assert_ne!(appearance(&few, 0, 64).uv, appearance(&few, 2, 64).uv, "the queries still differ");
+    }
+
+    #[test]
+    fn rows_are_queries_with_answers() {
+        let made = dataset(DatasetOptions::default());
+        let rows = opacity(&made, 1, 20_000);
+        let mut around = 0;
+        for i in 0..rows.len() {
+            let (cosine, kappa) = (rows.silhouette_cosine[i], rows.kappa_hat[i]);
+            let wo = Vec3::new(rows.wo[0][i], rows.wo[1][i], rows.wo[2][i]);
+            assert!((wo.length() - 1.0).abs() < 1e-5 && wo.z > 0.0 && (-2.5..=2.5).contains(&kappa));
+            assert_eq!(rows.alpha[i], f32::from(u8::from(wo.z >= cosine)));
+            assert!((0.0..1.0).contains(&cosine) && (kappa > 0.0 || cosine == 0.0));
+            around += u32::from(rows.alpha[i] == 0.0);
+        }
+        assert!((2000..16_000).contains(&around), "{around} of 20000 rays pass");
+        let rows = appearance(&made, 1, 5000);
+        let light: f32 = rows.rgb[1].iter().sum();
+        assert!(light > 0.0 && rows.rgb.iter().flatten().all(|x| x.is_finite() && *x >= 0.0));
+        assert!(rows.wi[2].iter().any(|z| *z < -0.9) && rows.wo[2].iter().any(|z| *z < 0.05));
+        // A hit lies along the ray, within what it can travel over the patch.
+        for i in 0..rows.len() {
+            let along = -Vec2::new(rows.wo[0][i], rows.wo[1][i]);
+            let offset = Vec2::new(rows.offset[0][i], rows.offset[1][i]);
+            assert!(along.perp_dot(offset).abs() <= 1e-3 * along.length(), "{along} {offset}");
+            assert!(along.dot(offset) > -1e-3);
+        }
+    }
+
+    #[test]
+    fn options_that_make_no_sense_are_refused() {
+        let micro = Microstructure { name: "level".into(), geometry: Geometry::HeightField(level(0.5, 0.1)) };
+        let error = |options| PatchDataset::new(&micro, options).map(|_| ()).expect_err("refused");
+        let d = DatasetOptions::default;
+        assert_eq!(
+            error(DatasetOptions { kappa_range: [1.0, 0.0], ..d() }),
+            DatasetError::KappaRange(1.0, 0.0)
+        );
+        error(DatasetOptions { kappa_range: [f32::NAN, 0.0], ..d() });
+        error(DatasetOptions { patches: Some(0), ..d() });
+        error(DatasetOptions { patches_per_batch: 0, ..d() });
+        error(DatasetOptions { transport: TransportOptions { bounces: 0, specular: 0.5 }, ..d() });
+        let hole = crate::micro::TileMesh::new(Vec::new(), Vec::new(), Vec::new(), Vec::new(), 0.1);
+        let micro = Microstructure { name: "air".into(), geometry: Geometry::TileMesh(hole) };
+        let error = PatchDataset::new(&micro, d()).map(|_| ()).expect_err("refused");
+        assert_eq!(error.to_string(), "air: none of 1024 rays hits the material");
+    }
+}

@@ -1,0 +1,22 @@
+//! Microstructures on cylinders of signed curvature, and light in them (paper, section 4.4).
+
+mod bend;
+mod dataset;
+mod distribution;
+mod pool;
+mod shell;
+mod subdivide;
+mod surface;
+mod sweep;
+#[cfg(test)]
+pub(crate) mod test_fields;
+mod tile;
+mod transport;
+mod triangulate;
+
+pub use bend::{Bend, LEAST_CORE};
+pub use dataset::{DatasetError, DatasetOptions, PatchDataset};
+pub use surface::Patch;
+pub use sweep::Sweep;
+pub use tile::{Shading, TileOptions, TileSurface};
+pub use transport::{PatchSample, Transport, TransportOptions};

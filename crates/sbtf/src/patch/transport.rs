@@ -1,0 +1,247 @@
+//! Light inside a bent patch: the reference that networks learn from.
+//!
+//! A path starts where the viewer's ray meets the material. At each of its vertices the directional light is asked for (next-event
+//! estimation; it cannot be met by chance), then a direction is drawn from the BRDF. The estimate of the radiance is unbiased for the
+//! stated number of bounces.
+//!
+//! **What belongs to the material.** A ray that leaves through the bounding surface is the renderer's from there on: it
+//! is not blocked by anything, also in a hollow where it would come back, and a path that leaves sees no other light. So
+//! does one that leaves a see-through material below. Height fields are closed below: nothing passes.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::Patch;
+use super::surface::{LocalRay, PatchHit, SurfaceHit, Trace};
+use crate::brdf::{Bsdf, BsdfParameters, EnergyTable, Frame};
+use crate::random::Random;
+
+/// What light does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransportOptions {
+    /// How often light is reflected at most; 1 is direct light only. Default 4.
+    pub bounces: u32,
+    /// Strength of the dielectric layer: 0.5, the default, reflects 4 % at normal incidence; 0 leaves the Lambert base.
+    pub specular: f32,
+}
+
+impl Default for TransportOptions {
+    fn default() -> Self {
+        Self { bounces: 4, specular: 0.5 }
+    }
+}
+
+/// The options with the table that the BRDF needs.
+#[derive(Debug, Clone)]
+pub struct Transport {
+    options: TransportOptions,
+    table: EnergyTable,
+}
+
+impl Transport {
+    /// Makes the table.
+    #[must_use]
+    pub fn new(options: TransportOptions) -> Self {
+        Self { options, table: EnergyTable::new() }
+    }
+}
+
+/// What a ray found, and one estimate of what it sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchSample {
+    /// Texture coordinates of the first hit less those of the entry point.
+    pub offset: Vec2,
+    /// Radiance towards the viewer under a light that gives a surface facing it unit irradiance.
+    pub rgb: Vec3,
+}
+
+/// A vertex of a path.
+struct Vertex {
+    /// Where rays start that stay on the viewer's side.
+    origin: Vec3,
+    block: [i32; 2],
+    frame: Frame,
+    wo: Vec3,
+    bsdf: Bsdf,
+}
+
+impl Patch {
+    /// Texture coordinates of the first hit less those of the entry point; `None` where the ray passes. `wo` is a unit vector in
+    /// the frame of the entry point; it ought to lie in the plane of the normal and [`Patch::across`], along which the patch
+    /// has its curvature.
+    #[must_use]
+    pub fn first_hit(&self, uv: Vec2, wo: Vec3) -> Option<Vec2> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let entry = Entry::new(self, uv, wo);
+        match self.trace::<false>(&entry.ray) {
+            Trace::Hit(hit) => Some(entry.offset(self, &hit, &self.surface_hit(&hit))),
+            Trace::Left => None,
+            Trace::Lost => self.tile().is_closed().then_some(Vec2::ZERO),
+        }
+    }
+
+    /// Whether a ray from the viewer hits; see [`Self::first_hit`].
+    #[must_use]
+    pub fn hits(&self, uv: Vec2, wo: Vec3) -> bool {
+        if wo.z <= 0.0 {
+            return false;
+        }
+        match self.trace::<true>(&Entry::new(self, uv, wo).ray) {
+            Trace::Hit(_) => true,
+            Trace::Left => false,
+            Trace::Lost => self.tile().is_closed(),
+        }
+    }
+
+    /// One sample of what a ray sees under a light from `wi`; `None` where it passes. See [`Self::first_hit`].
+    ///
+    /// A ray that is lost in a closed material (it grazes a flat patch for 64 tiles, or met a gap of rounding) sees black.
+    #[must_use]
+    pub fn sample(
+        &self,
+        transport: &Transport,
+        uv: Vec2,
+        wo: Vec3,
+        wi: Vec3,
+        random: &mut Random,
+    ) -> Option<PatchSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let entry = Entry::new(self, uv, wo);
+        let mut hit = match self.trace::<false>(&entry.ray) {
+            Trace::Hit(hit) => hit,
+            Trace::Left => return None,
+            Trace::Lost if self.tile().is_closed() => {
+                return Some(PatchSample { offset: Vec2::ZERO, rgb: Vec3::ZERO });
+            }
+            Trace::Lost => return None,
+        };
+        let light = entry.direction(self, wi);
+        let mut surface = self.surface_hit(&hit);
+        let offset = entry.offset(self, &hit, &surface);
+        let (mut ray, mut throughput, mut rgb) = (entry.ray, Vec3::ONE, Vec3::ZERO);
+        for left in (0..transport.options.bounces).rev() {
+            let Some(vertex) = self.vertex(&ray, &hit, &surface, transport) else { break };
+            let shift = self.shift(entry.ray.block, vertex.block);
+            let light_here = self.bend().direction_seen_from(shift.x, light).as_vec3();
+            rgb += throughput * self.direct(&vertex, light_here, transport);
+            if left == 0 {
+                break;
+            }
+            let (pick, u) = (random.unit(), [random.unit(), random.unit()]);
+            let Some(sample) = vertex.bsdf.sample(vertex.wo, pick, u, &transport.table) else { break };
+            throughput *= sample.weight;
+            ray = LocalRay {
+                block: vertex.block,
+                origin: vertex.origin,
+                direction: vertex.frame.world_from_local(sample.wi),
+            };
+            let Trace::Hit(next) = self.trace::<false>(&ray) else { break };
+            hit = next;
+            surface = self.surface_hit(&hit);
+        }
+        Some(PatchSample { offset, rgb })
+    }
+
+    /// Light from the directional source that a vertex reflects towards the path's start.
+    fn direct(&self, vertex: &Vertex, light: Vec3, transport: &Transport) -> Vec3 {
+        let (value, _) = vertex.bsdf.eval(vertex.wo, vertex.frame.local_from_world(light), &transport.table);
+        if value == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let ray = LocalRay { block: vertex.block, origin: vertex.origin, direction: light };
+        match self.trace::<true>(&ray) {
+            Trace::Left => value,
+            Trace::Hit(_) | Trace::Lost => Vec3::ZERO,
+        }
+    }
+
+    /// `None` on a triangle without area.
+    fn vertex(
+        &self,
+        ray: &LocalRay,
+        hit: &PatchHit,
+        surface: &SurfaceHit,
+        transport: &Transport,
+    ) -> Option<Vertex> {
+        let bend = self.bend();
+        let shift = self.shift(ray.block, hit.block);
+        let wo = -bend.direction_seen_from(shift.x, ray.direction.as_dvec3()).as_vec3();
+        let geometric = surface.point.normal;
+        if geometric == Vec3::ZERO {
+            return None;
+        }
+        let geometric = if geometric.dot(wo) < 0.0 { -geometric } else { geometric };
+        let uv = self.middle(hit.block) + surface.local.truncate().as_dvec2();
+        let uv = (uv - uv.floor()).as_vec2();
+        let tile = self.tile();
+        let shading = tile.point(surface.triangle, surface.weights, uv);
+        let foot = self.patch_from_uv(surface.local.as_dvec3());
+        let smooth = if shading.normal == Vec3::ZERO {
+            geometric
+        } else {
+            let n = self.patch_from_uv(shading.normal.as_dvec3());
+            let n = bend.normal(foot.x, foot.z, n).as_vec3();
+            if n.dot(geometric) < 0.0 { -n } else { n }
+        };
+        // Rays start on the surface that the triangles stand for, where that is above them: their facets throw no shadows.
+        let lift = tile.lift(uv, surface.local.z);
+        let up = bend.vector(foot.x, DVec3::Z).as_vec3();
+        let origin = surface.point.offset_by(geometric, surface.point.position + lift * up);
+        let frame = Frame::new(facing_viewer(smooth, wo));
+        let r = shading.reflectance;
+        let parameters = BsdfParameters {
+            base_color: r.albedo,
+            metallic: r.metalness,
+            roughness: r.roughness,
+            specular: transport.options.specular,
+        };
+        let bsdf = Bsdf::new(&parameters, &transport.table);
+        Some(Vertex { origin, block: hit.block, frame, wo: frame.local_from_world(wo), bsdf })
+    }
+}
+
+/// Where the viewer's ray enters.
+struct Entry {
+    ray: LocalRay,
+    /// Arc length of the entry point from the middle of its block.
+    s: f64,
+    /// Texture coordinates of the entry point from the middle of its block.
+    local: glam::DVec2,
+}
+
+impl Entry {
+    #[allow(clippy::cast_possible_truncation, reason = "tracing is in f32")]
+    fn new(patch: &Patch, uv: Vec2, wo: Vec3) -> Self {
+        let (block, local) = patch.locate(uv);
+        let foot = patch.patch_from_uv(local.extend(0.0));
+        let bend = patch.bend();
+        let towards = bend.vector(foot.x, patch.patch_from_uv(wo.as_dvec3()));
+        let origin = patch.backed_off(bend.point(foot), towards, f64::from(wo.z));
+        let ray = LocalRay { block, origin: origin.as_vec3(), direction: -towards.as_vec3() };
+        Self { ray, s: foot.x, local }
+    }
+
+    /// A direction in the frame of the entry point, in the coordinates of the ray.
+    fn direction(&self, patch: &Patch, w: Vec3) -> DVec3 {
+        patch.bend().vector(self.s, patch.patch_from_uv(w.as_dvec3()))
+    }
+
+    fn offset(&self, patch: &Patch, hit: &PatchHit, surface: &SurfaceHit) -> Vec2 {
+        let blocks = patch.middle(hit.block) - patch.middle(self.ray.block);
+        (blocks + surface.local.truncate().as_dvec2() - self.local).as_vec2()
+    }
+}
+
+/// Bends a shading normal that faces away from the viewer back to just facing it, as the renderer does at silhouettes of
+/// smooth-shaded triangles.
+fn facing_viewer(normal: Vec3, wo: Vec3) -> Vec3 {
+    const LEAST: f32 = 0.02;
+    let cosine = normal.dot(wo);
+    if cosine >= LEAST { normal } else { (normal + (LEAST - cosine) * wo).normalize() }
+}
+
+#[cfg(test)]
+mod tests;
