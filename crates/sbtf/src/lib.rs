@@ -30,5 +30,6 @@ pub mod model;
 pub mod query;
 pub mod samples;
 pub mod silhouette;
+pub mod train;
 
 pub use query::{Answer, Query, SilhouetteBtf};
