@@ -27,6 +27,7 @@
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
 //! | [`model`] | architectures and parameters of the networks |
+//! | [`train`] | from samples to a model |
 
 pub mod brdf;
 pub mod micro;
@@ -38,5 +39,6 @@ pub mod samples;
 pub mod silhouette;
 #[cfg(test)]
 mod test_support;
+pub mod train;
 
 pub use query::{Answer, Query, SilhouetteBtf};

@@ -4,7 +4,9 @@
 //! form is one [`Architecture`] of several; see there.
 
 mod architecture;
+mod inputs;
 mod parameters;
 
 pub use architecture::{Architecture, CurvatureInput, LONGEST_REACH, OffsetForm, OpacityHead, TextureShape};
+pub use inputs::{STEEPEST_RAY, azimuth};
 pub use parameters::{FeatureTexture, Layer, Mlp, Model, Module};

@@ -1,0 +1,170 @@
+//! [`Learner`]: a module with what Adam remembers of it.
+
+use rayon::prelude::*;
+
+use super::blur::{LEAST_SIGMA, blur};
+use super::kernels::{AdamStep, InstructionSet, Shape, adam};
+use super::random::Random;
+use super::texture::{Footprints, gather};
+use crate::model::{FeatureTexture, Layer, Mlp, Module, TextureShape};
+
+/// Numbers that are learned, and their moments.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parameters {
+    pub(crate) values: Vec<f32>,
+    pub(crate) means: Vec<f32>,
+    pub(crate) squares: Vec<f32>,
+}
+
+impl Parameters {
+    fn new(values: Vec<f32>) -> Self {
+        let zeros = vec![0.0; values.len()];
+        Self { values, means: zeros.clone(), squares: zeros }
+    }
+
+    /// One step, in parallel; every number is on its own, so that the pieces do not matter.
+    fn step(&mut self, set: InstructionSet, step: AdamStep, gradient: &[f32]) {
+        const PIECE: usize = 1 << 15;
+        (self.values.par_chunks_mut(PIECE))
+            .zip(self.means.par_chunks_mut(PIECE))
+            .zip(self.squares.par_chunks_mut(PIECE))
+            .zip(gradient.par_chunks(PIECE))
+            .for_each(|(((values, means), squares), gradient)| {
+                adam(set, step, values, means, squares, gradient);
+            });
+    }
+}
+
+/// How a step is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Update {
+    /// Rate of the networks.
+    pub(crate) network: f64,
+    /// Rate of the textures.
+    pub(crate) texture: f64,
+    /// Standard deviation of the blur, in texels.
+    pub(crate) sigma: f64,
+}
+
+/// A module that learns.
+#[derive(Debug, Clone)]
+pub(crate) struct Learner {
+    pub(crate) set: InstructionSet,
+    pub(crate) shape: TextureShape,
+    pub(crate) layers: Shape,
+    pub(crate) texture: Parameters,
+    /// Layer by layer, weights `[outputs, inputs]`, then biases.
+    pub(crate) network: Parameters,
+    /// Steps taken.
+    pub(crate) steps: u64,
+    seen: Vec<f32>,
+    blurred: bool,
+    scratch: Vec<f32>,
+    texture_gradient: Vec<f32>,
+}
+
+/// Range of initial features. The first blur shrinks them thirtyfold; from zeros nothing tells texels apart.
+const FEATURES: f32 = 0.5;
+
+impl Learner {
+    /// Random features, and weights after He et al. ("Delving deep into rectifiers", ICCV 2015) so that signals keep their size.
+    /// `start` becomes the biases of the last layer: a first guess at the outputs.
+    pub(crate) fn new(shape: TextureShape, sizes: Vec<usize>, start: &[f32], random: &mut Random) -> Self {
+        let layers = Shape::new(sizes);
+        let texels = (0..shape.len()).map(|_| FEATURES * random.signed()).collect();
+        let mut network = Vec::with_capacity(layers.parameters());
+        let last = layers.sizes().len() - 2;
+        for (index, pair) in layers.sizes().windows(2).enumerate() {
+            // Outputs begin near the first guess: a tenth of the usual size.
+            let range = (6.0 / pair[0] as f32).sqrt() * if index == last { 0.1 } else { 1.0 };
+            network.extend((0..pair[0] * pair[1]).map(|_| range * random.signed()));
+            network.extend((0..pair[1]).map(|o| if index == last { start[o] } else { 0.0 }));
+        }
+        Self::with(shape, layers, Parameters::new(texels), Parameters::new(network), 0)
+    }
+
+    /// A learner that was saved.
+    pub(crate) fn with(
+        shape: TextureShape,
+        layers: Shape,
+        texture: Parameters,
+        network: Parameters,
+        steps: u64,
+    ) -> Self {
+        let scratch = || vec![0.0; shape.len()];
+        Self {
+            set: InstructionSet::best(),
+            shape,
+            layers,
+            texture,
+            network,
+            steps,
+            seen: scratch(),
+            blurred: false,
+            scratch: scratch(),
+            texture_gradient: scratch(),
+        }
+    }
+
+    /// Makes the features that the network will see.
+    pub(crate) fn look(&mut self, sigma: f64) {
+        self.blurred = sigma >= LEAST_SIGMA;
+        if self.blurred {
+            self.seen.copy_from_slice(&self.texture.values);
+            blur(self.set, self.shape, sigma, &mut self.seen, &mut self.scratch);
+        }
+    }
+
+    /// The features that the network sees.
+    pub(crate) fn texels(&self) -> &[f32] {
+        if self.blurred { &self.seen } else { &self.texture.values }
+    }
+
+    /// Gathers the shards' gradients of texture and network, in the order of the shards.
+    pub(crate) fn gradients(
+        &mut self,
+        footprints: &[&Footprints],
+        networks: &[&[f32]],
+        sigma: f64,
+    ) -> (&[f32], Vec<f32>) {
+        gather(self.set, self.shape, footprints, &mut self.texture_gradient);
+        if self.blurred {
+            blur(self.set, self.shape, sigma, &mut self.texture_gradient, &mut self.scratch);
+        }
+        let mut network = vec![0.0; self.network.values.len()];
+        for shard in networks {
+            network.iter_mut().zip(*shard).for_each(|(sum, g)| *sum += g);
+        }
+        (&self.texture_gradient, network)
+    }
+
+    /// Takes a step down the shards' gradients.
+    pub(crate) fn step(&mut self, footprints: &[&Footprints], networks: &[&[f32]], update: Update) {
+        let (_, network) = self.gradients(footprints, networks, update.sigma);
+        self.steps += 1;
+        self.texture.step(self.set, AdamStep::new(update.texture, self.steps), &self.texture_gradient);
+        self.network.step(self.set, AdamStep::new(update.network, self.steps), &network);
+    }
+
+    /// The module with the features that its network last saw.
+    pub(crate) fn module(&self) -> Module {
+        let mut rest = self.network.values.as_slice();
+        let mut take = |count: usize| {
+            let (head, tail) = rest.split_at(count);
+            rest = tail;
+            head.to_vec()
+        };
+        let layers = (self.layers.sizes().windows(2))
+            .map(|pair| Layer {
+                inputs: pair[0],
+                outputs: pair[1],
+                weights: take(pair[0] * pair[1]),
+                biases: take(pair[1]),
+            })
+            .collect();
+        Module {
+            texture: FeatureTexture { shape: self.shape, texels: self.texels().to_vec() },
+            mlp: Mlp { layers },
+        }
+    }
+}
