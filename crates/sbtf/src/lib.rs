@@ -23,8 +23,10 @@
 //! | [`query`] | one query, its answer, and what can answer it |
 //! | [`samples`] | batches of training samples, and where they come from |
 //! | [`silhouette`] | where grazing rays begin to hit, and its closed forms |
-//! | [`model`] | architectures and parameters of the networks |
+//! | [`model`] | architectures and parameters of the networks; what a model answers |
+//! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
 
+pub mod infer;
 pub mod micro;
 pub mod model;
 pub mod query;
