@@ -26,10 +26,12 @@
 //! | [`brdf`] | the reflection model of microstructures and of the renderer |
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
-//! | [`model`] | architectures and parameters of the networks |
+//! | [`model`] | architectures and parameters of the networks; what a model answers |
 //! | [`train`] | from samples to a model |
+//! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
 
 pub mod brdf;
+pub mod infer;
 pub mod micro;
 pub mod model;
 pub mod patch;

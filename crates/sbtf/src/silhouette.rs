@@ -9,12 +9,14 @@
 /// The largest `cos_o` at which a ray can pass above everything in a material of this depth: it touches the circle of
 /// curvature `kappa / (1 - kappa depth)`. 0 where the bounding surface is flat or concave: every ray that enters goes on down.
 #[must_use]
+#[inline]
 pub fn largest_cosine(kappa: f32, depth: f32) -> f32 {
     cosine_of_dip(1.0, kappa, depth)
 }
 
 /// The silhouette cosine for a dip in `[0, 1]` depths. Products `kappa depth` over 1 (the material reaches beyond the centre) count as 1.
 #[must_use]
+#[inline]
 pub fn cosine_of_dip(dip: f32, kappa: f32, depth: f32) -> f32 {
     let x = (kappa * depth * dip).clamp(0.0, 1.0);
     // 1 - (1 - x)^2 without cancellation.

@@ -4,9 +4,12 @@
 //! form is one [`Architecture`] of several; see there.
 
 mod architecture;
+mod forward;
 mod inputs;
 mod parameters;
+mod untrained;
 
 pub use architecture::{Architecture, CurvatureInput, LONGEST_REACH, OffsetForm, OpacityHead, TextureShape};
+pub use forward::{LARGEST_LOG, inside_tile};
 pub use inputs::{STEEPEST_RAY, azimuth};
 pub use parameters::{FeatureTexture, Layer, Mlp, Model, Module};

@@ -1,0 +1,110 @@
+//! The portable kernels, and the twins that test the others.
+
+use half::f16;
+
+use super::super::packed_texture::{Corners, PackedTexels, PackedTexture};
+use super::tile::{self, Vector};
+use super::{BLOCK, Buffers, GROUP, Isa, PackedMlp, Row};
+
+/// No particular instructions.
+#[derive(Debug, Clone, Copy)]
+pub struct Portable;
+
+impl<const N: usize> Vector for [f32; N] {
+    const LANES: usize = N;
+
+    #[inline(always)]
+    unsafe fn splat(x: f32) -> Self {
+        [x; N]
+    }
+
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        // SAFETY: the caller vouches for N numbers; arrays of f32 are aligned as f32 is.
+        unsafe { from.cast::<Self>().read() }
+    }
+
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        // SAFETY: as in `load`.
+        unsafe { to.cast::<Self>().write(self) }
+    }
+
+    // Not fused: without the instruction that is a call of a library function.
+    #[inline(always)]
+    unsafe fn plus_product(self, a: Self, b: Self) -> Self {
+        std::array::from_fn(|k| self[k] + a[k] * b[k])
+    }
+
+    #[inline(always)]
+    unsafe fn add(self, other: Self) -> Self {
+        std::array::from_fn(|k| self[k] + other[k])
+    }
+
+    #[inline(always)]
+    unsafe fn rectified(self) -> Self {
+        self.map(|x| if x > 0.0 { x } else { 0.0 })
+    }
+}
+
+impl Isa for Portable {
+    #[inline(always)]
+    fn forward_block(self, mlp: &PackedMlp, buffers: Buffers<'_, Row>) {
+        // SAFETY: arrays need no particular instructions.
+        unsafe { tile::forward_block::<[f32; 4], 6>(mlp, buffers) }
+    }
+
+    #[inline(always)]
+    fn forward_one(self, mlp: &PackedMlp, buffers: Buffers<'_, f32>) {
+        // SAFETY: arrays need no particular instructions.
+        unsafe { tile::forward_one::<[f32; GROUP]>(mlp, buffers) }
+    }
+
+    #[inline(always)]
+    fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]) {
+        for query in 0..BLOCK {
+            fetch(texture, corners, query, |channel, feature| rows[channel][query] = feature);
+        }
+    }
+
+    #[inline(always)]
+    fn fetch_one(self, texture: &PackedTexture, corners: &Corners<1>, features: &mut [f32]) {
+        fetch(texture, corners, 0, |channel, feature| features[channel] = feature);
+    }
+}
+
+/// Calls `put` with every channel and its feature.
+fn fetch<const N: usize>(
+    texture: &PackedTexture,
+    corners: &Corners<N>,
+    query: usize,
+    put: impl FnMut(usize, f32),
+) {
+    match &texture.texels {
+        PackedTexels::F32(texels) => fetch_from(texture, texels, |&x| x, corners, query, put),
+        PackedTexels::F16(texels) => {
+            fetch_from(texture, texels, |&x| f16::from_bits(x).to_f32(), corners, query, put);
+        }
+        PackedTexels::U8(texels) => fetch_from(texture, texels, |&x| f32::from(x), corners, query, put),
+    }
+}
+
+fn fetch_from<T, const N: usize>(
+    texture: &PackedTexture,
+    texels: &[T],
+    value: impl Fn(&T) -> f32,
+    corners: &Corners<N>,
+    query: usize,
+    mut put: impl FnMut(usize, f32),
+) {
+    let [row0, row1] = [corners.rows[0][query] as usize, corners.rows[1][query] as usize];
+    let (fx, fy) = (corners.fractions[0][query], corners.fractions[1][query]);
+    for channel in 0..texture.channels {
+        let group = channel / GROUP * texture.group_stride + channel % GROUP;
+        let at = |index: usize| value(&texels[group + index]);
+        let down = |index: usize| at(row0 + index) + (at(row1 + index) - at(row0 + index)) * fy;
+        let (left, right) = (down(0), down(GROUP));
+        let mixed = left + (right - left) * fx;
+        put(channel, texture.offset[channel] + texture.scale[channel] * mixed);
+    }
+}

@@ -1,0 +1,24 @@
+//! Models compiled for speed.
+//!
+//! [`Material`] answers single queries ([`eval`](crate::SilhouetteBtf::eval)), many ([`eval_batch`](crate::SilhouetteBtf::eval_batch),
+//! [`Material::eval_rows`]), and several lights at one hit ([`Material::begin`]). It gives what
+//! [`Model`](crate::model::Model) defines, but for the order of sums.
+
+mod aligned;
+mod block;
+mod kernels;
+mod lane_math;
+mod material;
+mod one;
+mod packed_mlp;
+mod packed_texture;
+mod rows;
+mod stored;
+
+pub use kernels::Instructions;
+pub use material::{BatchReport, Hit, MOST_CHANNELS, MOST_INPUTS, MOST_WIDTH, Material};
+pub use rows::{AnswerRows, QueryRows};
+pub use stored::{Precision, StoredModel, StoredModule, StoredTexture, Texels};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,307 @@
+//! Every way to ask a [`Material`] against the definition in `model`, for every kind of model, precision and instruction set.
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::model::{Architecture, CurvatureInput, Model, OffsetForm, OpacityHead, TextureShape};
+use crate::silhouette::largest_cosine;
+use crate::{Answer, Query, SilhouetteBtf};
+
+const INSTRUCTIONS: [Instructions; 3] = [Instructions::Avx512, Instructions::Avx2, Instructions::Portable];
+
+/// Small textures of odd sizes, which differ.
+fn small(form: Architecture) -> Architecture {
+    Architecture {
+        opacity_texture: TextureShape { width: 13, height: 5, ..form.opacity_texture },
+        offset_texture: TextureShape { width: 4, height: 1, ..form.offset_texture },
+        colour_texture: TextureShape { width: 8, height: 9, ..form.colour_texture },
+        ..form
+    }
+}
+
+/// One of each kind.
+fn forms() -> Vec<(&'static str, Architecture)> {
+    let paper = small(Architecture::paper(0.1));
+    let channels = |form: &Architecture, channels| Architecture {
+        opacity_texture: TextureShape { channels, ..form.opacity_texture },
+        offset_texture: TextureShape { channels: channels + 1, ..form.offset_texture },
+        colour_texture: TextureShape { channels: channels + 3, ..form.colour_texture },
+        ..form.clone()
+    };
+    vec![
+        ("taps", small(Architecture::taps(0.1))),
+        ("neumip", small(Architecture::neumip(0.1))),
+        ("direct", Architecture { opacity: OpacityHead::Direct, ..paper.clone() }),
+        ("no curvature", Architecture { curvature: CurvatureInput::Absent, ..paper.clone() }),
+        ("offset taps", Architecture { offset_taps: vec![0.0, 0.5, 1.0], ..paper.clone() }),
+        ("along the ray", Architecture { offset: OffsetForm::AlongRay, ..paper.clone() }),
+        ("few channels", channels(&paper, 3)),
+        ("many channels", channels(&paper, 19)),
+        ("wide and deep", Architecture { width: 100, hidden_layers: 4, ..paper.clone() }),
+        ("narrow and shallow", Architecture { width: 5, hidden_layers: 1, ..paper.clone() }),
+        ("no hidden layer", Architecture { hidden_layers: 0, ..paper.clone() }),
+        ("paper", paper),
+    ]
+}
+
+/// Queries of every kind, most of them grazing enough to need the opacity network.
+fn queries(count: usize, depth: f32) -> Vec<Query> {
+    let fraction =
+        |i: usize, k: usize| (i as f32 * [0.618_034, 0.754_878, 0.569_84, 0.819_17, 0.671_04][k]).fract();
+    let query = |i: usize| {
+        let kappa_hat = fraction(i, 0) * 6.0 - 2.5;
+        let largest = largest_cosine(kappa_hat.max(0.3), depth);
+        let cosine = fraction(i, 1) * if i % 3 == 0 { 1.1 } else { largest } - 0.05;
+        let (sine, angle) = ((1.0 - cosine * cosine).max(0.0).sqrt(), fraction(i, 2) * 6.3);
+        let wi = Vec3::new(fraction(i, 3) - 0.5, fraction(i, 4) - 0.5, fraction(i, 1) - 0.5).normalize();
+        Query {
+            uv: Vec2::new(fraction(i, 3) * 5.0 - 2.0, fraction(i, 4) * 3.0 - 1.0),
+            wo: Vec3::new(sine * angle.cos(), sine * angle.sin(), cosine),
+            wi,
+            kappa_hat,
+        }
+    };
+    (0..count).map(query).collect()
+}
+
+/// How far two answers are apart, relative to 1 + rgb; `None` where one hits and the other misses.
+fn distance(a: &Answer, b: &Answer) -> Option<f32> {
+    if (a.alpha > 0.0) != (b.alpha > 0.0) {
+        return None;
+    }
+    Some(((a.rgb - b.rgb) / (Vec3::ONE + b.rgb)).abs().max_element().max((a.alpha - b.alpha).abs()))
+}
+
+/// Sums of at most 150 products in another order, over up to five layers and with features looked up at positions that
+/// differ by rounding, which offsets along the ray enlarge up to 20 times: measured 9e-5 at most; a wrong index or lane makes 0.1.
+const CLOSE: f32 = 3e-4;
+
+/// Steps of the silhouette head that rounding may turn over: their cosine would have to be within 1e-6 of the step's.
+const TURNED_OVER: usize = 1;
+
+fn assert_close(answers: &[Answer], wanted: &[Answer], name: &str) {
+    let distances: Vec<_> = answers.iter().zip(wanted).map(|(a, b)| distance(a, b)).collect();
+    let over = distances.iter().filter(|d| d.is_none()).count();
+    assert!(over <= TURNED_OVER, "{name}: {over} of {} hit on one side only", answers.len());
+    let worst = distances.iter().flatten().copied().fold(0.0, f32::max);
+    assert!(worst < CLOSE, "{name}: off by {worst}");
+}
+
+#[test]
+fn every_way_to_ask_gives_what_the_model_defines() {
+    let queries = queries(203, 0.1);
+    for (name, form) in forms() {
+        let model = Model::untrained(form, 7);
+        for precision in Precision::ALL {
+            let stored = StoredModel::new(&model, precision);
+            let rounded = stored.to_model();
+            let wanted: Vec<Answer> = queries.iter().map(|query| rounded.eval(query)).collect();
+            let misses = wanted.iter().filter(|a| a.alpha == 0.0).count();
+            assert!(misses > 5 && misses < 200, "{name}: {misses} misses test nothing");
+            for instructions in INSTRUCTIONS {
+                let Some(material) = Material::with_instructions(&stored, instructions) else { continue };
+                let name = format!("{name}, {precision:?}, {instructions:?}");
+                let mut answers = vec![Answer::default(); queries.len()];
+                let report = material.eval_reported(&queries, &mut answers);
+                assert_close(&answers, &wanted, &format!("{name}, batch"));
+                assert_eq!(report.queries, 203);
+                let outside = queries.iter().filter(|q| q.kappa_hat > 2.5 || q.kappa_hat < -2.5).count();
+                assert_eq!(report.clamped, outside as u64);
+                let single: Vec<_> = queries.iter().map(|query| material.eval(query)).collect();
+                assert_close(&single, &wanted, &format!("{name}, single"));
+                for (query, answer) in queries.iter().zip(&single) {
+                    assert_eq!(material.alpha(query.uv, query.wo, query.kappa_hat), answer.alpha);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_answer_does_not_depend_on_its_neighbours() {
+    let queries = queries(150, 0.1);
+    let material = Material::new(&StoredModel::new(
+        &Model::untrained(small(Architecture::taps(0.1)), 3),
+        Precision::F16,
+    ));
+    let mut all = vec![Answer::default(); 150];
+    material.eval_batch(&queries, &mut all);
+    for start in 0..150 {
+        let mut few = [Answer::default(); 3];
+        let end = (start + 3).min(150);
+        material.eval_batch(&queries[start..end], &mut few[..end - start]);
+        assert_eq!(few[..end - start], all[start..end], "{start}");
+    }
+}
+
+#[test]
+fn arrays_and_structures_get_the_same_bits() {
+    let queries = queries(77, 0.1);
+    let material = Material::new(&StoredModel::new(
+        &Model::untrained(small(Architecture::paper(0.1)), 3),
+        Precision::F32,
+    ));
+    let mut answers = vec![Answer::default(); 77];
+    let report = material.eval_reported(&queries, &mut answers);
+    let row = |value: fn(&Query) -> f32| queries.iter().map(value).collect::<Vec<f32>>();
+    let (u, v, kappa_hat) = (row(|q| q.uv.x), row(|q| q.uv.y), row(|q| q.kappa_hat));
+    let wo = [row(|q| q.wo.x), row(|q| q.wo.y), row(|q| q.wo.z)];
+    let wi = [row(|q| q.wi.x), row(|q| q.wi.y), row(|q| q.wi.z)];
+    let (mut r, mut g, mut b, mut alpha) = (vec![0.0; 77], vec![0.0; 77], vec![0.0; 77], vec![0.0; 77]);
+    let rows = QueryRows {
+        uv: [&u, &v],
+        wo: wo.each_ref().map(Vec::as_slice),
+        wi: wi.each_ref().map(Vec::as_slice),
+        kappa_hat: &kappa_hat,
+    };
+    let in_rows =
+        material.eval_rows(&rows, &mut AnswerRows { rgb: [&mut r, &mut g, &mut b], alpha: &mut alpha });
+    assert_eq!(report, in_rows);
+    for (k, answer) in answers.iter().enumerate() {
+        assert_eq!(*answer, Answer { rgb: Vec3::new(r[k], g[k], b[k]), alpha: alpha[k] }, "{k}");
+    }
+}
+
+#[test]
+fn several_lights_at_one_hit_are_as_single_queries() {
+    let queries = queries(60, 0.1);
+    let material =
+        Material::new(&StoredModel::new(&Model::untrained(small(Architecture::taps(0.1)), 5), Precision::U8));
+    for query in &queries {
+        let hit = material.begin(query.uv, query.wo, query.kappa_hat);
+        let wi = [query.wi, -query.wi, Vec3::Z];
+        let wanted = wi.map(|wi| material.eval(&Query { wi, ..*query }));
+        let Some(hit) = hit else {
+            assert!(wanted.iter().all(|answer| *answer == Answer::default()));
+            continue;
+        };
+        let mut rgb = [Vec3::ZERO; 3];
+        hit.rgb_of(&wi, &mut rgb);
+        assert_eq!(rgb, wanted.map(|answer| answer.rgb));
+        assert_eq!(hit.clamped(), !(-2.5..=2.5).contains(&query.kappa_hat));
+    }
+}
+
+#[test]
+fn queries_that_need_no_network_get_none() {
+    let form = small(Architecture::paper(0.1));
+    let material = Material::new(&StoredModel::new(&Model::untrained(form, 1), Precision::F32));
+    let mut queries = queries(64, 0.1);
+    let mut answers = vec![Answer::default(); 64];
+    let mut blocks = |queries: &[Query]| {
+        let report = material.eval_reported(queries, &mut answers);
+        (report.opacity_blocks, report.shade_blocks)
+    };
+    queries.iter_mut().for_each(|query| query.wo = -Vec3::Z);
+    assert_eq!(blocks(&queries), (0, 0), "looking at the back");
+    queries.iter_mut().for_each(|query| query.wo = Vec3::Z);
+    assert_eq!(blocks(&queries), (0, 2), "more steeply than any silhouette");
+    let grazing = Vec3::new(1.0, 0.0, 1e-3).normalize();
+    queries.iter_mut().for_each(|query| (query.wo, query.kappa_hat) = (grazing, -1.0));
+    assert_eq!(blocks(&queries), (0, 2), "concave");
+}
+
+/// The hard ends of every input.
+#[test]
+fn extremes_are_finite_and_clamped() {
+    for (name, form) in forms() {
+        let range = form.kappa_range;
+        let model = Model::untrained(form, 11);
+        let material = Material::new(&StoredModel::new(&model, Precision::F16));
+        let directions = [
+            Vec3::Z,
+            -Vec3::Z,
+            Vec3::new(1.0, 0.0, 1e-6),
+            Vec3::new(0.0, -1.0, 0.0),
+            Vec3::new(1e-30, 0.0, 1.0),
+            Vec3::new(-0.6, 0.0, -0.8),
+            Vec3::NAN,
+            Vec3::new(f32::NAN, 0.0, 0.5),
+        ];
+        let numbers =
+            [0.0, -0.0, 1e6 + 0.5, -1e6, 3e38, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-40, -1e-9];
+        let curvatures = [0.0, range[0], range[1], 1e30, -1e30, f32::NAN, f32::INFINITY, 1e-30];
+        let mut queries = Vec::new();
+        for wo in directions {
+            for wi in directions {
+                for uv in
+                    numbers.map(|x| Vec2::new(x, 0.25)).into_iter().chain(numbers.map(|x| Vec2::new(0.25, x)))
+                {
+                    queries.extend(curvatures.map(|kappa_hat| Query { uv, wo, wi, kappa_hat }));
+                }
+            }
+        }
+        let mut answers = vec![Answer::default(); queries.len()];
+        material.eval_batch(&queries, &mut answers);
+        for (query, batched) in queries.iter().zip(&answers) {
+            for answer in [*batched, material.eval(query)] {
+                assert!(
+                    answer.rgb.is_finite() && answer.rgb.min_element() >= 0.0,
+                    "{name}: {query:?} {answer:?}"
+                );
+                assert!((0.0..=1.0).contains(&answer.alpha), "{name}: {query:?} {answer:?}");
+                assert!(answer.alpha > 0.0 || answer.rgb == Vec3::ZERO, "{name}: {query:?} {answer:?}");
+            }
+            let kappa_hat =
+                if query.kappa_hat.is_nan() { range[0] } else { query.kappa_hat.clamp(range[0], range[1]) };
+            if query.wi.is_finite() && query.wo.is_finite() {
+                assert_eq!(material.eval(query), material.eval(&Query { kappa_hat, ..*query }));
+            }
+        }
+    }
+}
+
+/// Answers move no faster than the inputs do: steps of 2^-20 in every input, also across the tile's edge and the end of the range.
+#[test]
+fn answers_are_continuous() {
+    let form = Architecture { opacity: OpacityHead::Direct, ..small(Architecture::taps(0.1)) };
+    let material = Material::new(&StoredModel::new(&Model::untrained(form, 2), Precision::F32));
+    let step = 1.0 / 1_048_576.0;
+    let base = Query {
+        uv: Vec2::new(0.3, 0.7),
+        wo: Vec3::new(0.6, -0.3, 0.0).normalize().with_z(0.4).normalize(),
+        wi: Vec3::new(0.1, 0.9, -0.2).normalize(),
+        kappa_hat: 0.7,
+    };
+    let places = [
+        (base, "inside"),
+        (Query { uv: Vec2::new(-step / 2.0, 0.7), ..base }, "the tile's edge"),
+        (Query { uv: Vec2::new(0.3, 1.0 - step / 2.0), ..base }, "the tile's other edge"),
+        (Query { kappa_hat: 2.5 - step / 2.0, ..base }, "the end of the range"),
+        (Query { wo: Vec3::new(1.0, 0.0, 1e-6), ..base }, "grazing"),
+        (Query { wi: Vec3::new(1.0, 0.0, -step / 2.0), ..base }, "the horizon"),
+    ];
+    for (query, name) in places {
+        let moved = [
+            Query { uv: query.uv + Vec2::new(step, 0.0), ..query },
+            Query { uv: query.uv + Vec2::new(0.0, step), ..query },
+            Query { kappa_hat: query.kappa_hat + step, ..query },
+            Query { wi: query.wi + Vec3::Z * step, ..query },
+            Query { wo: query.wo + Vec3::Y * step, ..query },
+        ];
+        let here = material.eval(&query);
+        for (k, query) in moved.iter().enumerate() {
+            let there = material.eval(query);
+            let change = distance(&here, &there);
+            // Slopes of this model are below 1e3 per unit; a jump would be of the order of 0.1.
+            assert!(change.is_some_and(|d| d < 2e-3), "{name}, input {k}: {here:?} {there:?}");
+        }
+    }
+}
+
+/// Whole tiles do not matter, as far as f32 can tell the positions.
+#[test]
+fn far_tiles_repeat() {
+    let material = Material::new(&StoredModel::new(
+        &Model::untrained(small(Architecture::taps(0.1)), 2),
+        Precision::F32,
+    ));
+    for query in queries(100, 0.1) {
+        // A multiple of 1/16 is exact up to 2^20 tiles away.
+        let uv = (query.uv * 16.0).floor() / 16.0;
+        let near = material.eval(&Query { uv, ..query });
+        for tiles in [1.0, -3.0, 1e6, -1e6] {
+            assert_eq!(near, material.eval(&Query { uv: uv + Vec2::splat(tiles), ..query }), "{uv} {tiles}");
+        }
+    }
+}
