@@ -12,6 +12,7 @@
 //! | [`scene`] | [`Scene`], [`MeshInstance`], [`Material`], scene files, the preview's studio |
 //! | [`aov`] | depth, normal, UV and curvature at pixel centres |
 //! | [`false_colour`] | pictures of curvature, or of any number per vertex, with a colour bar |
+//! | [`metrics`] | PSNR, SSIM and FLIP between pictures |
 //! | [`output`] | PNG and EXR |
 //!
 //! [`plan`] says which effects a scene calls for; [`render`] traces it with exactly these compiled in.
@@ -50,6 +51,7 @@ mod film;
 mod integrator;
 mod lights;
 mod math;
+pub mod metrics;
 pub mod output;
 mod plan;
 mod prepared;

@@ -31,9 +31,8 @@ pub(crate) fn blur(
     scratch.par_chunks_mut(row).zip(texture.par_chunks(row)).for_each(|(to, from)| {
         // The row with as many texels of its neighbours on either side as the filter needs.
         let margin = (weights.len() - 1) * shape.channels;
-        let padded: Vec<f32> = (0..row + 2 * margin)
-            .map(|i| from[(i + row * margin.div_ceil(row) - margin) % row])
-            .collect();
+        let padded: Vec<f32> =
+            (0..row + 2 * margin).map(|i| from[(i + row * margin.div_ceil(row) - margin) % row]).collect();
         combine(set, &weights, to, |k| {
             let (left, right) = (margin - k * shape.channels, margin + k * shape.channels);
             (&padded[left..left + row], &padded[right..right + row])

@@ -12,12 +12,23 @@ pub use options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision, TrainOpt
 
 /// temporary experiment
 #[allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
-pub fn experiment(form: &crate::model::Architecture, o: &TrainOptions, source: &dyn crate::samples::SampleSource) -> f64 {
+pub fn experiment(
+    form: &crate::model::Architecture,
+    o: &TrainOptions,
+    source: &dyn crate::samples::SampleSource,
+) -> f64 {
     use crate::samples::OpacityBatch;
-    let mut l = opacity::OpacityLearner::new(form, o.opacity_loss, o.supervision, &mut random::Random::new(o.seed, 0));
-    let mut b = OpacityBatch::default(); b.resize(o.opacity_batch);
+    let mut l = opacity::OpacityLearner::new(
+        form,
+        o.opacity_loss,
+        o.supervision,
+        &mut random::Random::new(o.seed, 0),
+    );
+    let mut b = OpacityBatch::default();
+    b.resize(o.opacity_batch);
     let mut n = b.clone();
-    let mut held = OpacityBatch::default(); held.resize(o.held_out);
+    let mut held = OpacityBatch::default();
+    held.resize(o.held_out);
     source.fill_opacity(1 << 40, &mut held);
     source.fill_opacity(0, &mut b);
     let t = std::time::Instant::now();
@@ -34,7 +45,13 @@ pub fn experiment(form: &crate::model::Architecture, o: &TrainOptions, source: &
         std::mem::swap(&mut b, &mut n);
         if (s + 1) % (o.opacity_steps / 6) == 0 {
             let sc = l.score(&held, sigma);
-            println!("  {s} loss {loss:.5} left {:.4} base {:.4}; step {:.2} ms total {:.0} s", sc.error / sc.base, sc.base / sc.count as f64, stepping * 1e3 / (s + 1) as f64, t.elapsed().as_secs_f64());
+            println!(
+                "  {s} loss {loss:.5} left {:.4} base {:.4}; step {:.2} ms total {:.0} s",
+                sc.error / sc.base,
+                sc.base / sc.count as f64,
+                stepping * 1e3 / (s + 1) as f64,
+                t.elapsed().as_secs_f64()
+            );
         }
     }
     let sc = l.score(&held, 0.0);

@@ -93,8 +93,9 @@ impl OpacityLearner {
         self.learner.look(sigma);
         let targets = self.targets(batch);
         let (form, learner) = (&self.architecture, &self.learner);
-        self.shards
-            .resize_with(targets.len().div_ceil(SHARD), || Shard::new(&learner.layers, form.opacity_taps.len()));
+        self.shards.resize_with(targets.len().div_ceil(SHARD), || {
+            Shard::new(&learner.layers, form.opacity_taps.len())
+        });
         let loss = self.loss;
         let scale = 1.0 / targets.len().max(1) as f32;
         let losses: Vec<f64> = (targets.par_chunks(SHARD).zip(&mut self.shards))
