@@ -26,11 +26,13 @@
 //! | [`brdf`] | the reflection model of microstructures and of the renderer |
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
+//! | [`oracle`] | exact answers to queries, by tracing |
 //! | [`model`] | architectures and parameters of the networks |
 
 pub mod brdf;
 pub mod micro;
 pub mod model;
+pub mod oracle;
 pub mod patch;
 pub mod query;
 pub mod random;
