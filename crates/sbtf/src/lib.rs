@@ -26,14 +26,18 @@
 //! | [`brdf`] | the reflection model of microstructures and of the renderer |
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
+//! | [`oracle`] | exact answers to queries, by tracing |
 //! | [`model`] | architectures and parameters of the networks; what a model answers |
 //! | [`train`] | from samples to a model |
 //! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
+//! | [`evaluate`] | how good a model is: silhouettes and appearance against exact answers |
 
 pub mod brdf;
+pub mod evaluate;
 pub mod infer;
 pub mod micro;
 pub mod model;
+pub mod oracle;
 pub mod patch;
 pub mod query;
 pub mod random;

@@ -93,7 +93,7 @@ mod tests {
             |holds: &dyn Fn(f32) -> bool| drawn.iter().filter(|k| holds(**k)).count() as f64 / count as f64;
         // Five standard deviations.
         let near = |found: f64, p: f64| {
-            assert!((found - p).abs() < 5.0 * (p * (1.0 - p) / count as f64).sqrt(), "{found} {p}")
+            assert!((found - p).abs() < 5.0 * (p * (1.0 - p) / count as f64).sqrt(), "{found} {p}");
         };
         near(share(&|k| k < 0.0), 0.15);
         near(share(&|k| k == 0.0), 0.05);

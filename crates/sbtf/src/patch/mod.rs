@@ -3,6 +3,7 @@
 mod bend;
 mod dataset;
 mod distribution;
+mod march;
 mod pool;
 mod shell;
 mod subdivide;
@@ -16,7 +17,11 @@ mod triangulate;
 
 pub use bend::{Bend, LEAST_CORE};
 pub use dataset::{DatasetError, DatasetOptions, PatchDataset};
+pub(crate) use march::BentField;
+pub(crate) use pool::PatchPool;
 pub use surface::Patch;
 pub use sweep::Sweep;
+pub(crate) use tile::FieldShading;
 pub use tile::{Shading, TileOptions, TileSurface};
+pub(crate) use transport::Space;
 pub use transport::{PatchSample, Transport, TransportOptions};

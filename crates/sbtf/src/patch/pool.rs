@@ -5,12 +5,15 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::Patch;
 
+/// A patch, once it is made.
+type Slot = Arc<OnceLock<Arc<Patch>>>;
+
 /// Keeps as many patches as it was told. What it returns never depends on what it kept.
 #[derive(Debug)]
 pub(crate) struct PatchPool {
     capacity: usize,
     /// The one used last is at the back.
-    slots: Mutex<VecDeque<(u64, Arc<OnceLock<Arc<Patch>>>)>>,
+    slots: Mutex<VecDeque<(u64, Slot)>>,
 }
 
 impl PatchPool {

@@ -63,7 +63,7 @@ fn split([a, b, c]: [u32; 3], [ab, bc, ca]: [Option<u32>; 3], mut emit: impl FnM
         (None, Some(m), Some(n)) => [[m, c, n], [b, m, n], [b, n, a]].into_iter().for_each(emit),
         (Some(n), None, Some(m)) => [[m, a, n], [c, m, n], [c, n, b]].into_iter().for_each(emit),
         (Some(l), Some(m), Some(n)) => {
-            [[a, l, n], [l, b, m], [n, m, c], [l, m, n]].into_iter().for_each(emit)
+            [[a, l, n], [l, b, m], [n, m, c], [l, m, n]].into_iter().for_each(emit);
         }
     }
 }

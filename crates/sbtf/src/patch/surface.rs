@@ -125,7 +125,11 @@ impl Patch {
         self.bend
     }
 
-    #[allow(clippy::cast_possible_truncation, reason = "geometry becomes f32 here")]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "geometry becomes f32; small counts"
+    )]
     fn fill_blocks(&mut self) {
         let n = self.divisions;
         let mut blocks = vec![(Vec::new(), Vec::new()); (n * n) as usize];

@@ -20,7 +20,7 @@ use crate::silhouette::largest_cosine;
 const LONGEST: f32 = 64.0;
 
 /// Texels in a long and in a short stretch.
-const STRETCHES: [f32; 2] = [32.0, 8.0];
+pub(super) const STRETCHES: [f32; 2] = [32.0, 8.0];
 
 /// A height field prepared for finding silhouettes.
 #[derive(Debug, Clone)]
@@ -90,7 +90,7 @@ impl Sweep {
     }
 
     /// `z` at a point, UV units.
-    fn z_at(&self, uv: Vec2) -> f32 {
+    pub(super) fn z_at(&self, uv: Vec2) -> f32 {
         let p = self.wrapped(self.texels(uv));
         self.cell(p.0, p.1).at(p.2)
     }
@@ -182,6 +182,21 @@ impl Sweep {
                 *index - 1
             };
         }
+    }
+
+    /// Lowest and highest `z`.
+    pub(super) fn z_range(&self) -> [f32; 2] {
+        [self.lowest, self.highest]
+    }
+
+    /// The shorter side of a texel, UV units.
+    pub(super) fn texel(&self) -> f32 {
+        1.0 / self.width.max(self.height) as f32
+    }
+
+    /// The highest `z` within half a stretch of [`STRETCHES`]`[level]` texels around a point.
+    pub(super) fn highest_near(&self, level: usize, uv: Vec2) -> f32 {
+        self.windows[level].lookup(uv - Vec2::new(0.5 / self.width as f32, 0.5 / self.height as f32))
     }
 
     /// No point of the profile between the arc lengths has a smaller `q`.

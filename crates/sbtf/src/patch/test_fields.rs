@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::micro::{Grid, HeightField, Maps, Reflectance};
+use crate::micro::{Grid, HeightField, Maps, Reflectance, TileMesh, TileTriangle};
 
 pub(crate) fn grey(albedo: f32) -> Maps {
     Maps::uniform(Reflectance { albedo: Vec3::splat(albedo), roughness: 0.6, metalness: 0.0 })
@@ -41,4 +41,13 @@ pub(crate) fn bumps(size: usize, depth: f32) -> HeightField {
         spheres.iter().map(over).fold(0.1, f32::max)
     };
     HeightField::new(Grid::from_fn(size, size, height), depth, grey(0.7))
+}
+
+/// A level strap over half of the tile, and nothing beside it.
+pub(crate) fn strip(depth: f32) -> TileMesh {
+    let z = -0.5 * depth;
+    let positions = [(0.0, 0.25), (1.0, 0.25), (1.0, 0.75), (0.0, 0.75)].map(|(u, v)| Vec3::new(u, v, z));
+    let triangles = [[0, 1, 2], [0, 2, 3]].map(|vertices| TileTriangle { vertices, material: 0 });
+    let material = Reflectance { albedo: Vec3::splat(0.5), roughness: 0.5, metalness: 0.0 };
+    TileMesh::new(positions.to_vec(), vec![Vec3::Z; 4], triangles.to_vec(), vec![material], depth)
 }

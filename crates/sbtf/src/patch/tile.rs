@@ -51,15 +51,23 @@ pub struct TileSurface {
     error: f32,
 }
 
+/// A height field with the normals that it is shaded with.
+#[derive(Debug)]
+pub(crate) struct FieldShading {
+    field: HeightField,
+    /// `None` where triangles have their own.
+    normals: Option<Grid<Vec3>>,
+}
+
 #[derive(Debug)]
 enum ShadingSource {
-    Field { field: HeightField, normals: Option<Grid<Vec3>> },
+    Field(FieldShading),
     Mesh { mesh: TileMesh, normals: Option<Vec<Vec3>>, sources: Vec<u32> },
 }
 
 /// How a point of the surface is shaded.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct TilePoint {
+pub(crate) struct TilePoint {
     pub reflectance: Reflectance,
     /// Normal in `(u, v, z)`, of any length; zero for the triangle's own.
     pub normal: Vec3,
@@ -81,8 +89,7 @@ impl TileSurface {
         let mut made = triangulate(field, options.tolerance, options.most_triangles);
         let longest = longest_edge(options, field.depth());
         let (triangles, _) = subdivide_long_edges(&mut made.vertices, &made.triangles, longest);
-        let normals = (options.shading == Shading::Smooth).then(|| field_normals(field));
-        let shading = ShadingSource::Field { field: field.clone(), normals };
+        let shading = ShadingSource::Field(FieldShading::new(field, options.shading));
         Self::with(made.vertices, triangles, longest, shading, field.depth(), made.error)
     }
 
@@ -141,16 +148,13 @@ impl TileSurface {
     /// Whether no ray can pass through to what is below.
     #[must_use]
     pub fn is_closed(&self) -> bool {
-        matches!(self.shading, ShadingSource::Field { .. })
+        matches!(self.shading, ShadingSource::Field(_))
     }
 
     /// Shading of a point on a triangle.
     pub(super) fn point(&self, triangle: usize, weights: [f32; 3], uv: Vec2) -> TilePoint {
         match &self.shading {
-            ShadingSource::Field { field, normals } => TilePoint {
-                reflectance: field.maps().reflectance(uv),
-                normal: normals.as_ref().map_or(Vec3::ZERO, |grid| grid.lookup(uv)),
-            },
+            ShadingSource::Field(shading) => shading.point(uv),
             ShadingSource::Mesh { mesh, normals, sources } => {
                 let corners = self.triangles[triangle];
                 let normal = normals
@@ -165,8 +169,8 @@ impl TileSurface {
     /// How far the surface that the triangles stand for is above a point of theirs, UV units.
     pub(super) fn lift(&self, uv: Vec2, z: f32) -> f32 {
         match &self.shading {
-            ShadingSource::Field { field, normals: Some(_) } => (field.z(uv) - z).max(0.0),
-            _ => 0.0,
+            ShadingSource::Field(shading) if shading.normals.is_some() => (shading.field.z(uv) - z).max(0.0),
+            ShadingSource::Field(_) | ShadingSource::Mesh { .. } => 0.0,
         }
     }
 }
@@ -179,6 +183,21 @@ fn longest_edge(options: &TileOptions, depth: f32) -> f32 {
     const SHORTEST: f32 = 1.0 / 512.0;
     let bow = 0.5 * options.tolerance * depth;
     (8.0 * bow / options.largest_curvature.abs().max(1e-6)).sqrt().clamp(SHORTEST, LONGEST)
+}
+
+impl FieldShading {
+    pub fn new(field: &HeightField, shading: Shading) -> Self {
+        let normals = (shading == Shading::Smooth).then(|| field_normals(field));
+        Self { field: field.clone(), normals }
+    }
+
+    /// Shading of the surface's point at these texture coordinates.
+    pub fn point(&self, uv: Vec2) -> TilePoint {
+        TilePoint {
+            reflectance: self.field.maps().reflectance(uv),
+            normal: self.normals.as_ref().map_or(Vec3::ZERO, |grid| grid.lookup(uv)),
+        }
+    }
 }
 
 /// Normals of the smooth surface, not of unit length: central differences of the heights, turned by the normal map if there is one.

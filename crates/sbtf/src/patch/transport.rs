@@ -13,6 +13,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::Patch;
 use super::surface::{LocalRay, PatchHit, SurfaceHit, Trace};
 use crate::brdf::{Bsdf, BsdfParameters, EnergyTable, Frame};
+use crate::micro::Reflectance;
 use crate::random::Random;
 
 /// What light does.
@@ -54,14 +55,99 @@ pub struct PatchSample {
     pub rgb: Vec3,
 }
 
+/// Where light travels: a bent patch of triangles, or the height field itself.
+pub(crate) trait Space {
+    /// A half line.
+    type Ray: Copy;
+    /// Where one meets the material.
+    type Hit;
+    /// A point that rays leave the material from.
+    type Start;
+
+    /// The first hit.
+    fn closest(&self, ray: &Self::Ray) -> Option<Self::Hit>;
+
+    /// Whether a ray leaves without a hit.
+    fn leaves(&self, ray: &Self::Ray) -> bool;
+
+    /// The hit as a vertex of a path; `None` where the surface has no area.
+    fn vertex(&self, ray: &Self::Ray, hit: &Self::Hit, transport: &Transport) -> Option<Vertex<Self::Start>>;
+
+    /// The ray from a start in a direction in the coordinates there.
+    fn ray_from(&self, start: &Self::Start, direction: Vec3) -> Self::Ray;
+
+    /// The direction of the light in the coordinates of a start.
+    fn light_at(&self, start: &Self::Start) -> Vec3;
+}
+
 /// A vertex of a path.
-struct Vertex {
+pub(crate) struct Vertex<Start> {
     /// Where rays start that stay on the viewer's side.
-    origin: Vec3,
-    block: [i32; 2],
-    frame: Frame,
-    wo: Vec3,
-    bsdf: Bsdf,
+    pub start: Start,
+    /// Around the shading normal.
+    pub frame: Frame,
+    /// Direction to the viewer, in the frame.
+    pub wo: Vec3,
+    pub bsdf: Bsdf,
+}
+
+impl<Start> Vertex<Start> {
+    /// `wo` in the coordinates of `start`; `geometric` on the viewer's side; `smooth` zero for `geometric`.
+    pub fn new(start: Start, wo: Vec3, geometric: Vec3, smooth: Vec3, bsdf: Bsdf) -> Self {
+        let smooth = match smooth.dot(geometric) {
+            _ if smooth == Vec3::ZERO => geometric,
+            side if side < 0.0 => -smooth,
+            _ => smooth,
+        };
+        let frame = Frame::new(facing_viewer(smooth, wo));
+        Self { start, frame, wo: frame.local_from_world(wo), bsdf }
+    }
+}
+
+impl Transport {
+    pub(super) fn bsdf(&self, r: &Reflectance) -> Bsdf {
+        let parameters = BsdfParameters {
+            base_color: r.albedo,
+            metallic: r.metalness,
+            roughness: r.roughness,
+            specular: self.options.specular,
+        };
+        Bsdf::new(&parameters, &self.table)
+    }
+
+    /// One sample of the radiance along a ray that met the material.
+    pub(crate) fn radiance<S: Space>(
+        &self,
+        space: &S,
+        ray: S::Ray,
+        hit: S::Hit,
+        random: &mut Random,
+    ) -> Vec3 {
+        let (mut ray, mut hit) = (ray, hit);
+        let (mut throughput, mut rgb) = (Vec3::ONE, Vec3::ZERO);
+        for left in (0..self.options.bounces).rev() {
+            let Some(vertex) = space.vertex(&ray, &hit, self) else { break };
+            rgb += throughput * self.direct(space, &vertex);
+            if left == 0 {
+                break;
+            }
+            let (pick, u) = (random.unit(), [random.unit(), random.unit()]);
+            let Some(sample) = vertex.bsdf.sample(vertex.wo, pick, u, &self.table) else { break };
+            throughput *= sample.weight;
+            ray = space.ray_from(&vertex.start, vertex.frame.world_from_local(sample.wi));
+            let Some(next) = space.closest(&ray) else { break };
+            hit = next;
+        }
+        rgb
+    }
+
+    /// Light from the directional source that a vertex reflects towards the path's start.
+    fn direct<S: Space>(&self, space: &S, vertex: &Vertex<S::Start>) -> Vec3 {
+        let light = space.light_at(&vertex.start);
+        let (value, _) = vertex.bsdf.eval(vertex.wo, vertex.frame.local_from_world(light), &self.table);
+        let free = value != Vec3::ZERO && space.leaves(&space.ray_from(&vertex.start, light));
+        if free { value } else { Vec3::ZERO }
+    }
 }
 
 impl Patch {
@@ -110,7 +196,7 @@ impl Patch {
             return None;
         }
         let entry = Entry::new(self, uv, wo);
-        let mut hit = match self.trace::<false>(&entry.ray) {
+        let hit = match self.trace::<false>(&entry.ray) {
             Trace::Hit(hit) => hit,
             Trace::Left => return None,
             Trace::Lost if self.tile().is_closed() => {
@@ -118,88 +204,71 @@ impl Patch {
             }
             Trace::Lost => return None,
         };
-        let light = entry.direction(self, wi);
-        let mut surface = self.surface_hit(&hit);
+        let surface = self.surface_hit(&hit);
         let offset = entry.offset(self, &hit, &surface);
-        let (mut ray, mut throughput, mut rgb) = (entry.ray, Vec3::ONE, Vec3::ZERO);
-        for left in (0..transport.options.bounces).rev() {
-            let Some(vertex) = self.vertex(&ray, &hit, &surface, transport) else { break };
-            let shift = self.shift(entry.ray.block, vertex.block);
-            let light_here = self.bend().direction_seen_from(shift.x, light).as_vec3();
-            rgb += throughput * self.direct(&vertex, light_here, transport);
-            if left == 0 {
-                break;
-            }
-            let (pick, u) = (random.unit(), [random.unit(), random.unit()]);
-            let Some(sample) = vertex.bsdf.sample(vertex.wo, pick, u, &transport.table) else { break };
-            throughput *= sample.weight;
-            ray = LocalRay {
-                block: vertex.block,
-                origin: vertex.origin,
-                direction: vertex.frame.world_from_local(sample.wi),
-            };
-            let Trace::Hit(next) = self.trace::<false>(&ray) else { break };
-            hit = next;
-            surface = self.surface_hit(&hit);
-        }
-        Some(PatchSample { offset, rgb })
+        let lit = LitPatch { patch: self, home: entry.ray.block, light: entry.direction(self, wi) };
+        Some(PatchSample { offset, rgb: transport.radiance(&lit, entry.ray, hit, random) })
     }
+}
 
-    /// Light from the directional source that a vertex reflects towards the path's start.
-    fn direct(&self, vertex: &Vertex, light: Vec3, transport: &Transport) -> Vec3 {
-        let (value, _) = vertex.bsdf.eval(vertex.wo, vertex.frame.local_from_world(light), &transport.table);
-        if value == Vec3::ZERO {
-            return Vec3::ZERO;
-        }
-        let ray = LocalRay { block: vertex.block, origin: vertex.origin, direction: light };
-        match self.trace::<true>(&ray) {
-            Trace::Left => value,
-            Trace::Hit(_) | Trace::Lost => Vec3::ZERO,
+/// A patch with a light.
+struct LitPatch<'a> {
+    patch: &'a Patch,
+    /// The block whose coordinates `light` is in.
+    home: [i32; 2],
+    light: DVec3,
+}
+
+impl Space for LitPatch<'_> {
+    type Ray = LocalRay;
+    type Hit = PatchHit;
+    type Start = ([i32; 2], Vec3);
+
+    fn closest(&self, ray: &LocalRay) -> Option<PatchHit> {
+        match self.patch.trace::<false>(ray) {
+            Trace::Hit(hit) => Some(hit),
+            Trace::Left | Trace::Lost => None,
         }
     }
 
-    /// `None` on a triangle without area.
-    fn vertex(
-        &self,
-        ray: &LocalRay,
-        hit: &PatchHit,
-        surface: &SurfaceHit,
-        transport: &Transport,
-    ) -> Option<Vertex> {
-        let bend = self.bend();
-        let shift = self.shift(ray.block, hit.block);
+    fn leaves(&self, ray: &LocalRay) -> bool {
+        matches!(self.patch.trace::<true>(ray), Trace::Left)
+    }
+
+    fn vertex(&self, ray: &LocalRay, hit: &PatchHit, transport: &Transport) -> Option<Vertex<Self::Start>> {
+        let patch = self.patch;
+        let bend = patch.bend();
+        let surface = patch.surface_hit(hit);
+        let shift = patch.shift(ray.block, hit.block);
         let wo = -bend.direction_seen_from(shift.x, ray.direction.as_dvec3()).as_vec3();
         let geometric = surface.point.normal;
         if geometric == Vec3::ZERO {
             return None;
         }
         let geometric = if geometric.dot(wo) < 0.0 { -geometric } else { geometric };
-        let uv = self.middle(hit.block) + surface.local.truncate().as_dvec2();
+        let uv = patch.middle(hit.block) + surface.local.truncate().as_dvec2();
         let uv = (uv - uv.floor()).as_vec2();
-        let tile = self.tile();
-        let shading = tile.point(surface.triangle, surface.weights, uv);
-        let foot = self.patch_from_uv(surface.local.as_dvec3());
-        let smooth = if shading.normal == Vec3::ZERO {
-            geometric
+        let point = patch.tile().point(surface.triangle, surface.weights, uv);
+        let foot = patch.patch_from_uv(surface.local.as_dvec3());
+        let smooth = if point.normal == Vec3::ZERO {
+            Vec3::ZERO
         } else {
-            let n = self.patch_from_uv(shading.normal.as_dvec3());
-            let n = bend.normal(foot.x, foot.z, n).as_vec3();
-            if n.dot(geometric) < 0.0 { -n } else { n }
+            bend.normal(foot.x, foot.z, patch.patch_from_uv(point.normal.as_dvec3())).as_vec3()
         };
         // Rays start on the surface that the triangles stand for, where that is above them: their facets throw no shadows.
-        let lift = tile.lift(uv, surface.local.z);
+        let lift = patch.tile().lift(uv, surface.local.z);
         let up = bend.vector(foot.x, DVec3::Z).as_vec3();
         let origin = surface.point.offset_by(geometric, surface.point.position + lift * up);
-        let frame = Frame::new(facing_viewer(smooth, wo));
-        let r = shading.reflectance;
-        let parameters = BsdfParameters {
-            base_color: r.albedo,
-            metallic: r.metalness,
-            roughness: r.roughness,
-            specular: transport.options.specular,
-        };
-        let bsdf = Bsdf::new(&parameters, &transport.table);
-        Some(Vertex { origin, block: hit.block, frame, wo: frame.local_from_world(wo), bsdf })
+        Some(Vertex::new((hit.block, origin), wo, geometric, smooth, transport.bsdf(&point.reflectance)))
+    }
+
+    fn ray_from(&self, &(block, origin): &Self::Start, direction: Vec3) -> LocalRay {
+        LocalRay { block, origin, direction }
+    }
+
+    fn light_at(&self, start: &Self::Start) -> Vec3 {
+        let shift = self.patch.shift(self.home, start.0);
+        self.patch.bend().direction_seen_from(shift.x, self.light).as_vec3()
     }
 }
 

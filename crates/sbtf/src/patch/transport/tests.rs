@@ -136,14 +136,11 @@ fn many_bounces_agree_with_paths_that_find_the_light_by_chance() {
                 }
                 break;
             };
-            let vertex = patch.vertex(&ray, &hit, &patch.surface_hit(&hit), &transport).expect("an area");
+            let lit = LitPatch { patch: &patch, home: entry.ray.block, light: DVec3::Z };
+            let vertex = lit.vertex(&ray, &hit, &transport).expect("an area");
             let local = crate::brdf::cosine_hemisphere([random.unit(), random.unit()]);
             weight *= 0.7;
-            ray = LocalRay {
-                block: vertex.block,
-                origin: vertex.origin,
-                direction: vertex.frame.world_from_local(local),
-            };
+            ray = lit.ray_from(&vertex.start, vertex.frame.world_from_local(local));
         }
         chance = [chance[0] + result, chance[1] + result * result];
     }

@@ -1,0 +1,270 @@
+//! [`Oracle`]: the answer that a perfectly trained model would give, by tracing the bent patch at query time.
+//!
+//! A picture made with it shows what the model's form costs (one curvature per query, local coordinates), and its difference to
+//! a trained model's picture what the fit costs.
+//!
+//! For height fields everything is exact for the query's own curvature and direction: the opacity is that of [`Sweep`], colours are traced
+//! through the bent field. For tile meshes a patch is needed for each curvature and direction, so that these are rounded:
+//! the square root of the curvature to 1/50, and the axis to 1/64 of half a turn; the ray keeps its own direction. Patches are
+//! kept for a while; ask many queries at once ([`SilhouetteBtf::eval_batch`]), which sorts them.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::micro::{Geometry, Microstructure};
+use crate::patch::{BentField, FieldShading, Patch, PatchPool, Space, Sweep, TileOptions, TileSurface};
+use crate::patch::{Transport, TransportOptions};
+use crate::query::{Answer, Query, SilhouetteBtf};
+use crate::random::Random;
+
+/// How much work an answer is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OracleOptions {
+    /// Paths per answer. Default 16.
+    pub samples: u32,
+    /// Transport.
+    pub transport: TransportOptions,
+    /// Triangulation of tile meshes, and where shading normals come from.
+    pub tile: TileOptions,
+    /// Equal queries get equal answers; another seed gives other noise.
+    pub seed: u64,
+}
+
+impl Default for OracleOptions {
+    fn default() -> Self {
+        Self { samples: 16, transport: TransportOptions::default(), tile: TileOptions::default(), seed: 0 }
+    }
+}
+
+/// Traces a microstructure.
+#[derive(Debug)]
+pub struct Oracle {
+    options: OracleOptions,
+    transport: Transport,
+    method: Method,
+}
+
+#[derive(Debug)]
+enum Method {
+    Field { sweep: Sweep, shading: FieldShading },
+    Patches { tile: Arc<TileSurface>, pool: PatchPool },
+}
+
+/// Patches that are kept; each takes some 10 MB.
+const KEPT_PATCHES: usize = 32;
+
+/// Steps of the root of the curvature per unit.
+const CURVATURE_STEPS: f32 = 50.0;
+
+/// Directions of axes in half a turn.
+const AXES: f32 = 64.0;
+
+impl Oracle {
+    /// Prepares a microstructure.
+    ///
+    /// # Panics
+    ///
+    /// If the options ask for no samples or no bounces.
+    #[must_use]
+    pub fn new(micro: &Microstructure, options: OracleOptions) -> Self {
+        assert!(options.samples > 0 && options.transport.bounces > 0, "at least one sample and one bounce");
+        let method = match &micro.geometry {
+            Geometry::HeightField(field) => Method::Field {
+                sweep: Sweep::new(field),
+                shading: FieldShading::new(field, options.tile.shading),
+            },
+            Geometry::TileMesh(mesh) => Method::Patches {
+                tile: Arc::new(TileSurface::from_mesh(mesh, &options.tile)),
+                pool: PatchPool::new(KEPT_PATCHES),
+            },
+        };
+        Self { options, transport: Transport::new(options.transport), method }
+    }
+
+    /// Texture coordinates of the first hit less those of the entry point; `None` where the ray passes.
+    #[must_use]
+    pub fn offset(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Option<Vec2> {
+        match &self.method {
+            Method::Field { sweep, shading } => {
+                if !sweep.hits(uv, wo, kappa_hat) {
+                    return None;
+                }
+                let (space, ray) = BentField::new(sweep, shading, uv, kappa_hat, wo, Vec3::Z);
+                Some(space.closest(&ray).map_or(Vec2::ZERO, |t| space.offset(&ray, t)))
+            }
+            Method::Patches { tile, pool } => patch(tile, pool, wo, kappa_hat).first_hit(uv, wo),
+        }
+    }
+
+    /// The mean of the samples; `None` where the ray passes.
+    fn radiance(&self, query: &Query) -> Option<Vec3> {
+        let mut random = self.random(query);
+        let sum: Vec3 = match &self.method {
+            Method::Field { sweep, shading } => {
+                if !sweep.hits(query.uv, query.wo, query.kappa_hat) {
+                    return None;
+                }
+                let Query { uv, wo, wi, kappa_hat } = *query;
+                let (space, ray) = BentField::new(sweep, shading, uv, kappa_hat, wo, wi);
+                // Opaque, but met nothing: it grazes for 64 tiles, or a peak thinner than half a texel. Black.
+                let hit = space.closest(&ray);
+                let sample =
+                    |_| hit.map_or(Vec3::ZERO, |t| self.transport.radiance(&space, ray, t, &mut random));
+                (0..self.options.samples).map(sample).sum()
+            }
+            Method::Patches { tile, pool } => {
+                let patch = patch(tile, pool, query.wo, query.kappa_hat);
+                let mut sum = Vec3::ZERO;
+                for _ in 0..self.options.samples {
+                    sum += patch.sample(&self.transport, query.uv, query.wo, query.wi, &mut random)?.rgb;
+                }
+                sum
+            }
+        };
+        Some(sum / self.options.samples as f32)
+    }
+
+    fn random(&self, query: &Query) -> Random {
+        let pair = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+        let (uv, wo, wi) = (query.uv, query.wo, query.wi);
+        let first = Random::new(self.options.seed, pair(uv.x, uv.y), pair(wo.x, wo.y)).bits();
+        Random::new(first, pair(wi.x, wi.y), pair(wi.z, query.kappa_hat))
+    }
+}
+
+/// The patch that stands for a direction and curvature.
+fn patch(tile: &Arc<TileSurface>, pool: &PatchPool, wo: Vec3, kappa_hat: f32) -> Arc<Patch> {
+    let (step, axis) = bucket(wo, kappa_hat);
+    let number = u64::from(step.cast_unsigned()) << 32 | u64::from(axis.cast_unsigned());
+    pool.get(number, || {
+        let root = step as f32 / CURVATURE_STEPS;
+        Patch::new(tile.clone(), root * root.abs(), axis as f32 / AXES * std::f32::consts::PI)
+    })
+}
+
+/// Number of the rounded curvature and axis.
+#[allow(clippy::cast_possible_truncation, reason = "saturates; NaN is 0")]
+fn bucket(wo: Vec3, kappa_hat: f32) -> (i32, i32) {
+    let root = kappa_hat.abs().min(1e6).sqrt().copysign(kappa_hat);
+    let half_turns = wo.y.atan2(wo.x) / std::f32::consts::PI;
+    (
+        (root * CURVATURE_STEPS).round() as i32,
+        ((half_turns - half_turns.floor()) * AXES).round() as i32 % AXES as i32,
+    )
+}
+
+impl SilhouetteBtf for Oracle {
+    fn eval(&self, query: &Query) -> Answer {
+        if query.wo.z <= 0.0 {
+            return Answer::default();
+        }
+        self.radiance(query).map_or(Answer::default(), |rgb| Answer { rgb, alpha: 1.0 })
+    }
+
+    fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {
+        let hit = match &self.method {
+            Method::Field { sweep, .. } => sweep.hits(uv, wo, kappa_hat),
+            Method::Patches { tile, pool } => wo.z > 0.0 && patch(tile, pool, wo, kappa_hat).hits(uv, wo),
+        };
+        f32::from(u8::from(hit))
+    }
+
+    fn eval_batch(&self, queries: &[Query], answers: &mut [Answer]) {
+        let mut order: Vec<usize> = (0..queries.len().min(answers.len())).collect();
+        if matches!(self.method, Method::Patches { .. }) {
+            order.sort_by_key(|&i| bucket(queries[i].wo, queries[i].kappa_hat));
+        }
+        let made: Vec<(usize, Answer)> =
+            order.par_iter().with_min_len(64).map(|&i| (i, self.eval(&queries[i]))).collect();
+        for (i, answer) in made {
+            answers[i] = answer;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patch::test_fields::{bumps, sinusoid};
+
+    fn oracle(field: crate::micro::HeightField, samples: u32) -> Oracle {
+        let micro = Microstructure { name: "field".into(), geometry: Geometry::HeightField(field) };
+        Oracle::new(&micro, OracleOptions { samples, ..OracleOptions::default() })
+    }
+
+    fn query(random: &mut Random, kappa_hat: f32) -> Query {
+        let mut sphere = || {
+            let (z, phi) = (1.0 - 2.0 * random.unit(), std::f32::consts::TAU * random.unit());
+            ((1.0 - z * z).sqrt() * Vec2::from_angle(phi)).extend(z)
+        };
+        let (wi, wo) = (sphere(), sphere());
+        Query { uv: Vec2::new(random.unit(), random.unit()), wo: wo.with_z(wo.z.abs()), wi, kappa_hat }
+    }
+
+    /// The march through the field against rays in the triangles of a patch: two methods that share only the bend and the BRDF.
+    #[test]
+    fn agrees_with_patches() {
+        let mut random = Random::new(1, 1, 1);
+        for (field, kappa) in [(sinusoid(64, 0.15), 1.2), (bumps(64, 0.15), 0.0), (sinusoid(64, 0.15), -2.0)]
+        {
+            let tile = Arc::new(TileSurface::from_field(
+                &field,
+                &TileOptions { tolerance: 0.001, ..TileOptions::default() },
+            ));
+            let oracle = oracle(field, 1);
+            let (mut far, mut hits, mut sums, mut squares) = (0, 0, [0.0_f64; 2], 0.0_f64);
+            for axis in 0..12_u8 {
+                let rotation = 0.5 * f32::from(axis);
+                let patch = Patch::new(tile.clone(), kappa, rotation);
+                for _ in 0..300 {
+                    let mut q = query(&mut random, kappa);
+                    q.wo = (q.wo.truncate().length() * -Vec2::from_angle(rotation)).extend(q.wo.z);
+                    let Some(offset) = oracle.offset(q.uv, q.wo, kappa) else { continue };
+                    let Some(sample) = patch.sample(&oracle.transport, q.uv, q.wo, q.wi, &mut random) else {
+                        continue;
+                    };
+                    hits += 1;
+                    // A hundredth of a tile: grazing rays slide on the tolerance.
+                    far += u32::from((sample.offset - offset).length() > 0.01);
+                    let pair = [sample.rgb, oracle.eval(&q).rgb].map(|rgb| f64::from(rgb.y));
+                    sums = [sums[0] + pair[0], sums[1] + pair[1]];
+                    squares += (pair[0] - pair[1]).powi(2);
+                }
+            }
+            assert!(far * 50 < hits && hits > 2000, "{kappa}: {far} of {hits} hits are elsewhere");
+            let deviation = squares.sqrt();
+            assert!(
+                (sums[0] - sums[1]).abs() < 4.0 * deviation + 0.002 * sums[0],
+                "{kappa}: {sums:?} +- {deviation}"
+            );
+        }
+    }
+
+    #[test]
+    fn batches_are_the_single_answers_and_all_is_finite() {
+        let mut random = Random::new(2, 2, 2);
+        let weave = crate::patch::test_fields::strip(0.1);
+        let mesh = Microstructure { name: "strip".into(), geometry: Geometry::TileMesh(weave) };
+        let options = OracleOptions { samples: 1, ..OracleOptions::default() };
+        for (oracle, count) in [(oracle(bumps(48, 0.1), 1), 300), (Oracle::new(&mesh, options), 200)] {
+            let mut queries: Vec<Query> =
+                (0..count).map(|i| query(&mut random, [-1.0, 0.0, 1e-9, 0.5, 9.99][i % 5])).collect();
+            queries[0].wo = Vec3::new(1.0, 0.0, 1e-6);
+            queries[1].wo = Vec3::Z;
+            queries[2].uv = Vec2::splat(1e6);
+            queries[3].wo = Vec3::NEG_Z;
+            let mut answers = vec![Answer::default(); count];
+            oracle.eval_batch(&queries, &mut answers);
+            for (q, answer) in queries.iter().zip(&answers) {
+                assert_eq!(*answer, oracle.eval(q));
+                assert_eq!(answer.alpha, oracle.alpha(q.uv, q.wo, q.kappa_hat), "{q:?}");
+                assert!(answer.rgb.is_finite() && answer.rgb.min_element() >= 0.0, "{q:?}");
+                assert!(answer.alpha == 1.0 || answer.rgb == Vec3::ZERO);
+            }
+            assert_eq!(answers[3], Answer::default());
+            assert!(answers.iter().any(|a| a.alpha == 0.0) && answers.iter().any(|a| a.rgb.x > 0.0));
+        }
+    }
+}
