@@ -93,6 +93,11 @@ fn style(template: &str) -> ProgressStyle {
 pub struct Step(ProgressBar);
 
 impl Step {
+    /// Changes what the bar says.
+    pub fn say(&self, message: &str) {
+        self.0.set_message(message.to_owned());
+    }
+
     /// Moves the bar to this share of its length, in `[0, 1]`.
     pub fn set_share(&self, share: f64) {
         let length = self.0.length().unwrap_or_default() as f64;

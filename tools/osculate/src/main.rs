@@ -8,6 +8,7 @@
 //! | `filter` | the arguments that choose how curvature is filtered |
 //! | `field` | what the renderer asks about curvature along a ray |
 //! | `input`, `output` | files in, files out, and the checks before any work |
+//! | `neural/` | what the commands about neural materials share |
 //! | `console` | what a person sees: lines, warnings, progress |
 //! | `report` | what a program sees: `--json` |
 //! | `study` | error against time: what `study` measures, plots and writes |
@@ -19,6 +20,7 @@ mod estimate;
 mod field;
 mod filter;
 mod input;
+mod neural;
 mod output;
 mod report;
 mod study;

@@ -5,7 +5,7 @@
 
 use glam::{Mat3, Vec3};
 
-use super::Picture;
+use super::Image;
 use super::filter::{Plane, gaussian, offsets};
 use crate::texture::linear_from_srgb;
 
@@ -28,7 +28,7 @@ impl Default for FlipOptions {
 ///
 /// If the pictures differ in size.
 #[must_use]
-pub fn flip(reference: &Picture, test: &Picture, options: &FlipOptions) -> f64 {
+pub fn flip(reference: &Image, test: &Image, options: &FlipOptions) -> f64 {
     let map = flip_map(reference, test, options);
     map.iter().map(|&e| f64::from(e)).sum::<f64>() / map.len() as f64
 }
@@ -39,7 +39,7 @@ pub fn flip(reference: &Picture, test: &Picture, options: &FlipOptions) -> f64 {
 ///
 /// If the pictures differ in size.
 #[must_use]
-pub fn flip_map(reference: &Picture, test: &Picture, options: &FlipOptions) -> Vec<f32> {
+pub fn flip_map(reference: &Image, test: &Image, options: &FlipOptions) -> Vec<f32> {
     assert_eq!(reference.size(), test.size(), "pictures of one size");
     let opponents = [reference, test].map(Opponent::new);
     let [a, b] = opponents.each_ref().map(|o| o.perceived(options.pixels_per_degree));
@@ -58,7 +58,7 @@ struct Opponent {
 }
 
 impl Opponent {
-    fn new(picture: &Picture) -> Self {
+    fn new(picture: &Image) -> Self {
         let to_opponent = |p: Vec3| ycxcz_from_linear(Vec3::from(p.to_array().map(linear_from_srgb)));
         Self { planes: [0, 1, 2].map(|k| picture.plane(|p| to_opponent(p)[k])) }
     }
@@ -198,7 +198,7 @@ mod tests {
     const SIZE: (usize, usize) = (48, 32);
 
     /// The pictures of `tools/reference/flip_values.py`.
-    fn pictures() -> [Picture; 2] {
+    fn pictures() -> [Image; 2] {
         let picture = |centre: f32, line: f32, blue: f32| {
             let pixel = |i: usize| {
                 let (x, y) = ((i % SIZE.0) as f32, (i / SIZE.0) as f32);
@@ -206,7 +206,7 @@ mod tests {
                 let line = if x == 40.0 { line } else { 0.0 };
                 Vec3::new(x / SIZE.0 as f32, 0.2 + disk + line, blue * y / SIZE.1 as f32)
             };
-            Picture::new(SIZE.0, SIZE.1, (0..SIZE.0 * SIZE.1).map(pixel))
+            Image::new(SIZE.0, SIZE.1, (0..SIZE.0 * SIZE.1).map(pixel))
         };
         [picture(20.0, 0.0, 1.0), picture(22.0, 0.3, 0.9)]
     }
@@ -230,7 +230,7 @@ mod tests {
     fn equal_pictures_and_opposites() {
         let [reference, _] = pictures();
         assert_eq!(flip(&reference, &reference, &FlipOptions::default()), 0.0);
-        let flat = |c: Vec3| Picture::new(24, 24, [c; 576]);
+        let flat = |c: Vec3| Image::new(24, 24, [c; 576]);
         // The definition makes green against blue the largest difference.
         let worst = flip(&flat(Vec3::Y), &flat(Vec3::Z), &FlipOptions::default());
         assert!((worst - 1.0).abs() < 1e-3, "{worst}");

@@ -14,13 +14,13 @@ use glam::Vec3;
 
 /// A picture to compare: rows from the top, components in `[0, 1]`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
+pub struct Image {
     width: usize,
     height: usize,
     pixels: Vec<Vec3>,
 }
 
-impl Picture {
+impl Image {
     /// Takes pixels row by row; components are clamped to `[0, 1]`, and NaN becomes 0.
     ///
     /// # Panics
@@ -70,7 +70,7 @@ impl Picture {
 ///
 /// If the pictures differ in size.
 #[must_use]
-pub fn psnr(reference: &Picture, test: &Picture) -> f64 {
+pub fn psnr(reference: &Image, test: &Image) -> f64 {
     assert_eq!(reference.size(), test.size(), "pictures of one size");
     let square = |(a, b): (&Vec3, &Vec3)| f64::from((*a - *b).length_squared());
     let sum: f64 = reference.pixels.iter().zip(&test.pixels).map(square).sum();
@@ -83,15 +83,15 @@ mod tests {
 
     #[test]
     fn psnr_of_a_constant_difference() {
-        let a = Picture::new(3, 2, [Vec3::splat(0.5); 6]);
-        let b = Picture::new(3, 2, [Vec3::splat(0.6); 6]);
+        let a = Image::new(3, 2, [Vec3::splat(0.5); 6]);
+        let b = Image::new(3, 2, [Vec3::splat(0.6); 6]);
         assert!((psnr(&a, &b) - 20.0).abs() < 1e-4);
         assert_eq!(psnr(&a, &a), f64::INFINITY);
     }
 
     #[test]
     fn pixels_are_brought_into_range() {
-        let a = Picture::new(1, 1, [Vec3::new(-1.0, 2.0, f32::NAN)]);
+        let a = Image::new(1, 1, [Vec3::new(-1.0, 2.0, f32::NAN)]);
         assert_eq!(a.pixels(), [Vec3::new(0.0, 1.0, 0.0)]);
     }
 }

@@ -1,6 +1,6 @@
 //! Structural similarity.
 
-use super::Picture;
+use super::Image;
 use super::filter::{gaussian, normalised};
 
 /// Mean structural similarity over pixels and components, in `[-1, 1]`; 1 for equal pictures.
@@ -12,7 +12,7 @@ use super::filter::{gaussian, normalised};
 ///
 /// If the pictures differ in size.
 #[must_use]
-pub fn ssim(reference: &Picture, test: &Picture) -> f64 {
+pub fn ssim(reference: &Image, test: &Image) -> f64 {
     const C1: f64 = 0.01 * 0.01;
     const C2: f64 = 0.03 * 0.03;
     assert_eq!(reference.size(), test.size(), "pictures of one size");
@@ -46,10 +46,10 @@ mod tests {
     #[test]
     fn equal_pictures_and_a_change_of_brightness() {
         let ramp =
-            |scale: f32| Picture::new(32, 32, (0..1024).map(|i| Vec3::splat(scale * (i % 32) as f32 / 32.0)));
+            |scale: f32| Image::new(32, 32, (0..1024).map(|i| Vec3::splat(scale * (i % 32) as f32 / 32.0)));
         assert!((ssim(&ramp(1.0), &ramp(1.0)) - 1.0).abs() < 1e-12);
         // Constant pictures differ in the first factor only: (2 a b + C1) / (a^2 + b^2 + C1).
-        let flat = |value: f32| Picture::new(16, 16, [Vec3::splat(value); 256]);
+        let flat = |value: f32| Image::new(16, 16, [Vec3::splat(value); 256]);
         let expected = (2.0 * 0.4 * 0.6 + 1e-4) / (0.16 + 0.36 + 1e-4);
         assert!((ssim(&flat(0.4), &flat(0.6)) - expected).abs() < 1e-4);
     }

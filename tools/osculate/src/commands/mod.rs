@@ -2,8 +2,10 @@
 
 pub mod bake;
 pub mod demo;
+pub mod eval;
 pub mod inspect;
 pub mod render;
 pub mod study;
 pub mod study_filter;
+pub mod train;
 pub mod verify;

@@ -1,0 +1,211 @@
+//! `osculate eval`
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::Args;
+use glam::Vec3;
+use osculate_render::metrics::{FlipOptions, Image, flip, psnr};
+use osculate_render::output::write_png;
+use osculate_sbtf::SilhouetteBtf;
+use osculate_sbtf::evaluate::{
+    AppearanceOptions, Pair, SilhouetteOptions, SilhouetteScore, appearance_pairs, silhouettes, total,
+};
+use osculate_sbtf::file::ModelFile;
+use osculate_sbtf::infer::Material;
+use osculate_sbtf::micro::Microstructure;
+use osculate_sbtf::oracle::{Oracle, OracleOptions};
+use serde::Serialize;
+
+use crate::cli::Outcome;
+use crate::console::{Console, number};
+use crate::neural::load_micro;
+use crate::neural::sheet::sheet;
+use crate::output;
+use crate::report::Reporter;
+
+/// Compare models with exact answers on held-out cylinders
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct EvalArgs {
+    /// Models of one microstructure
+    #[arg(value_name = "MODEL.sbtf", required = true)]
+    models: Vec<PathBuf>,
+    /// The microstructure [default: the procedural one that the first model names]
+    #[arg(long, value_name = "NAME|FILE")]
+    micro: Option<String>,
+    /// Rays for the silhouette at each curvature
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
+    rays: u32,
+    /// Paths per pixel of the exact pictures
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    spp: u32,
+    /// Leave out the pictures
+    #[arg(long)]
+    silhouettes_only: bool,
+    /// Write a sheet of pictures: exact, then each model's, a row for each viewer and light
+    #[arg(long, value_name = "FILE.png", conflicts_with = "silhouettes_only")]
+    sheet: Option<PathBuf>,
+    /// End with exit code 1 unless the first model leaves at most this share of the silhouette's error
+    #[arg(long, value_name = "SHARE")]
+    require: Option<f64>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  osculate eval stone.sbtf                              how much of the silhouette's error is left, PSNR and FLIP
+  osculate eval stone.sbtf neumip.sbtf --sheet s.png    two models side by side, with pictures
+  osculate eval mine.sbtf --micro mine.toml             a microstructure of your own";
+
+#[derive(Serialize)]
+struct Report {
+    microstructure: String,
+    models: Vec<ModelReport>,
+}
+
+/// How one model does.
+#[derive(Debug, Clone, Serialize)]
+struct ModelReport {
+    model: String,
+    /// Share of the base error left over all curvatures.
+    left: f64,
+    silhouettes: Vec<SilhouetteScore>,
+    appearance: Vec<AppearanceScore>,
+}
+
+/// Pictures at one curvature.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct AppearanceScore {
+    kappa: f32,
+    /// Over all pictures together, decibels.
+    psnr: f64,
+    /// Mean over pictures.
+    flip: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
+    if let Some(path) = &args.sheet {
+        output::check(path)?;
+    }
+    let files = args.models.iter().map(|path| Ok(ModelFile::read(path)?)).collect::<Result<Vec<_>>>()?;
+    let micro = microstructure(args, &files, console)?;
+    let oracle = Oracle::new(&micro, OracleOptions { samples: args.spp, ..Default::default() });
+    let materials: Vec<Material> = files.iter().map(|file| Material::new(&file.model)).collect();
+    let depth = micro.geometry.depth();
+    let mut models = Vec::new();
+    let mut pictures = Vec::new();
+    for (path, material) in args.models.iter().zip(&materials) {
+        let scores = {
+            let _step = console.step("comparing silhouettes");
+            let options = SilhouetteOptions { rays: args.rays, ..Default::default() };
+            silhouettes(&oracle, material, depth, &options)
+        };
+        let pairs = if args.silhouettes_only { Vec::new() } else { compare(&oracle, material, console) };
+        models.push(ModelReport {
+            model: path.display().to_string(),
+            left: total(&scores).left(),
+            silhouettes: scores,
+            appearance: appearance(&pairs),
+        });
+        pictures.push(pairs);
+    }
+    if let Some(path) = &args.sheet {
+        let size = AppearanceOptions::default().size;
+        write_png(path, &sheet(&pictures, size as usize)).with_context(|| path.display().to_string())?;
+        console.result(format_args!("wrote {}", path.display()));
+    }
+    print(&models, console);
+    let left = models[0].left;
+    reporter.write("eval", 1, &Report { microstructure: micro.name, models })?;
+    Ok(match args.require {
+        Some(bound) if left > bound => {
+            console.result(format_args!("over the bound: {} of the base error is left, {bound} allowed", number(left)));
+            Outcome::CheckFailed
+        }
+        _ => Outcome::Done,
+    })
+}
+
+/// The microstructure that the models stand for; refuses models of another one.
+fn microstructure(args: &EvalArgs, files: &[ModelFile], console: &Console) -> Result<Microstructure> {
+    let sources: Vec<_> = files.iter().map(|file| file.provenance.microstructure.as_ref()).collect();
+    let name = match (&args.micro, sources[0]) {
+        (Some(name), _) => name.clone(),
+        (None, Some(source)) => source.name.clone(),
+        (None, None) => {
+            bail!("{}: does not say what it was trained on; give --micro", args.models[0].display())
+        }
+    };
+    let depth = sources[0].map(|source| source.depth);
+    let micro = load_micro(&name, None, console)
+        .with_context(|| format!("{}: its microstructure", args.models[0].display()))?;
+    let micro = match depth {
+        Some(depth) if (depth - micro.geometry.depth()).abs() > 1e-6 => load_micro(&name, Some(depth), console)?,
+        _ => micro,
+    };
+    let hash = micro.hash();
+    for (path, source) in args.models.iter().zip(sources) {
+        if let Some(source) = source.filter(|source| source.sha256 != hash) {
+            return Err(another(path, &source.name, &name));
+        }
+    }
+    Ok(micro)
+}
+
+fn another(path: &Path, found: &str, wanted: &str) -> anyhow::Error {
+    anyhow!(
+        "{}: was trained on another microstructure ({found}, of another content than {wanted}); name the right one with --micro",
+        path.display()
+    )
+}
+
+fn compare(oracle: &dyn SilhouetteBtf, material: &Material, console: &Console) -> Vec<Pair> {
+    let _step = console.step("comparing pictures");
+    appearance_pairs(oracle, material, &AppearanceOptions::default())
+}
+
+fn appearance(pairs: &[Pair]) -> Vec<AppearanceScore> {
+    let size = AppearanceOptions::default().size as usize;
+    let picture = |pixels: &[Vec3]| Image::srgb_from_linear(size, size, pixels.iter().copied());
+    pairs
+        .chunk_by(|a, b| a.kappa == b.kappa)
+        .map(|pairs| {
+            let pictures: Vec<_> = pairs.iter().map(|p| [picture(&p.truth), picture(&p.test)]).collect();
+            let noise = |[a, b]: &[Image; 2]| 10.0_f64.powf(-0.1 * psnr(a, b));
+            let mean = pictures.iter().map(noise).sum::<f64>() / pairs.len() as f64;
+            let flips = pictures.iter().map(|[a, b]| flip(a, b, &FlipOptions::default()));
+            AppearanceScore {
+                kappa: pairs[0].kappa,
+                psnr: -10.0 * mean.log10(),
+                flip: flips.sum::<f64>() / pairs.len() as f64,
+            }
+        })
+        .collect()
+}
+
+fn print(models: &[ModelReport], console: &Console) {
+    for model in models {
+        console.result(format_args!("{}", model.model));
+        console.result("  kappa    base error   left   too much   too little");
+        let row = |name: String, s: &SilhouetteScore| {
+            console.result(format_args!(
+                "  {name:>5}    {:>10.5}  {:>5.3}   {:>8.5}   {:>10.5}",
+                s.base,
+                s.left(),
+                s.excess,
+                s.missing
+            ));
+        };
+        for score in &model.silhouettes {
+            row(score.kappa.to_string(), score);
+        }
+        row("all".to_owned(), &total(&model.silhouettes));
+        if !model.appearance.is_empty() {
+            console.result("  kappa    PSNR, dB   FLIP");
+        }
+        for score in &model.appearance {
+            console.result(format_args!("  {:>5}    {:>8.2}  {:>5.3}", score.kappa, score.psnr, score.flip));
+        }
+    }
+}
