@@ -25,12 +25,16 @@
 //! | [`silhouette`] | where grazing rays begin to hit, and its closed forms |
 //! | [`model`] | architectures and parameters of the networks; what a model answers |
 //! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
+//! | [`file`](mod@file) | `.sbtf` files |
+//! | [`sampling`] | where light comes from that matters: directions and their densities, fitted to a material |
 
+pub mod file;
 pub mod infer;
 pub mod micro;
 pub mod model;
 pub mod query;
 pub mod samples;
+pub mod sampling;
 pub mod silhouette;
 
 pub use query::{Answer, Query, SilhouetteBtf};
