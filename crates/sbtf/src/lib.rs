@@ -30,10 +30,13 @@
 //! | [`model`] | architectures and parameters of the networks; what a model answers |
 //! | [`train`] | from samples to a model |
 //! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
+//! | [`file`](mod@file) | `.sbtf` files |
+//! | [`sampling`] | where light comes from that matters: directions and their densities, fitted to a material |
 //! | [`evaluate`] | how good a model is: silhouettes and appearance against exact answers |
 
 pub mod brdf;
 pub mod evaluate;
+pub mod file;
 pub mod infer;
 pub mod micro;
 pub mod model;
@@ -42,6 +45,7 @@ pub mod patch;
 pub mod query;
 pub mod random;
 pub mod samples;
+pub mod sampling;
 pub mod silhouette;
 #[cfg(test)]
 mod test_support;

@@ -1,0 +1,26 @@
+//! `.sbtf` files: a [`StoredModel`](crate::infer::StoredModel) with where it comes from, as safetensors.
+//!
+//! `docs/sbtf-format.md` has the layout on one page; `tools/reference/sbtf_numpy.py` reads and evaluates files without this
+//! crate. The same model makes the same bytes, and a file that is read and written again has the bytes it had.
+
+mod check;
+mod error;
+mod layout;
+mod metadata;
+mod read;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::{FileError, InvalidModel};
+pub use metadata::{MicrostructureSource, ModelFile, Provenance};
+
+/// Version of the format. Readers refuse others.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// Longest header that is read, in bytes.
+pub const LONGEST_HEADER: u64 = 1 << 20;
+
+/// Largest file that is read, in bytes.
+pub const LARGEST_FILE: u64 = 1 << 31;
