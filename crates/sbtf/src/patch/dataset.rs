@@ -8,7 +8,9 @@ use thiserror::Error;
 
 use super::distribution::{self, KappaDistribution};
 use super::pool::PatchPool;
-use super::{Patch, Sweep, TileOptions, TileSurface, Transport, TransportOptions};
+use super::{
+    GrazingOptions, OpacityStudy, Patch, Sweep, TileOptions, TileSurface, Transport, TransportOptions,
+};
 use crate::micro::{Geometry, Microstructure};
 use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
@@ -23,6 +25,8 @@ pub struct DatasetOptions {
     /// Patches in a batch of appearance samples (and of opacity samples of tile meshes). Each patch appears in so many
     /// batches one after the other, so that one is made per batch. Default 8; the paper's protocol is 1.
     pub patches_per_batch: u64,
+    /// What opacity samples of tile meshes say of the silhouette cosine.
+    pub silhouettes: Silhouettes,
     /// Transport.
     pub transport: TransportOptions,
     /// Triangulation; `largest_curvature` is taken from `kappa_range`.
@@ -31,12 +35,22 @@ pub struct DatasetOptions {
     pub seed: u64,
 }
 
+/// What opacity samples of tile meshes say of the silhouette cosine. Those of height fields always have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Silhouettes {
+    /// NaN: enough for the direct head.
+    Unknown,
+    /// It is searched by tracing, some fifty rays a sample; NaN where opacity is no step.
+    Traced(GrazingOptions),
+}
+
 impl Default for DatasetOptions {
     fn default() -> Self {
         Self {
             kappa_range: [-2.5, 2.5],
             patches: None,
             patches_per_batch: 8,
+            silhouettes: Silhouettes::Unknown,
             transport: TransportOptions::default(),
             tile: TileOptions::default(),
             seed: 0,
@@ -88,6 +102,7 @@ enum Stream {
     Opacity = 1,
     Appearance = 2,
     Patch = 3,
+    Study = 4,
 }
 
 /// Rows that one task makes.
@@ -141,6 +156,25 @@ impl PatchDataset {
         &self.tile
     }
 
+    /// How many of some queries have a silhouette cosine, by tracing, over patches of the dataset: which opacity head suits. All have
+    /// in height fields, and nothing is traced.
+    #[must_use]
+    pub fn study_opacity(&self, queries: u32, options: &GrazingOptions) -> OpacityStudy {
+        if self.sweep.is_some() {
+            return OpacityStudy { queries, not_steps: 0 };
+        }
+        let patches = self.patches(0);
+        let is_step = |i: u32| {
+            let mut random = Random::new(self.options.seed, Stream::Study as u64, u64::from(i));
+            let uv = Vec2::new(random.unit(), random.unit());
+            let patch = &patches[i as usize % patches.len()];
+            let (_, along) = patch_query(patch, &mut random);
+            patch.silhouette_cosine(uv, along, options).is_some()
+        };
+        let steps = (0..queries).into_par_iter().map(|i| u32::from(is_step(i))).sum::<u32>();
+        OpacityStudy { queries, not_steps: queries - steps }
+    }
+
     fn check_hits(&self, name: &str) -> Result<(), DatasetError> {
         const TRIES: u32 = 1024;
         let patch = Patch::new(self.tile.clone(), self.options.kappa_range[1], 0.0);
@@ -173,12 +207,16 @@ impl PatchDataset {
             }
         };
         let depth = self.tile.depth();
-        let silhouette = self.sweep.as_ref().map(|sweep| sweep.silhouette_cosine(uv, along, kappa));
+        let silhouette = match (&self.sweep, patch, self.options.silhouettes) {
+            (Some(sweep), ..) => Some(sweep.silhouette_cosine(uv, along, kappa)),
+            (None, Some(patch), Silhouettes::Traced(options)) => patch.silhouette_cosine(uv, along, &options),
+            _ => None,
+        };
         let cos_o = distribution::opacity_cosine(silhouette, kappa, depth, random);
         let wo = viewer(along, cos_o);
         let opaque = match (silhouette, patch) {
-            (Some(cosine), _) => cos_o >= cosine,
-            (None, Some(patch)) => patch.hits(uv, wo),
+            (Some(cosine), None) => cos_o >= cosine,
+            (_, Some(patch)) => patch.hits(uv, wo),
             (None, None) => unreachable!("tile meshes are asked on patches"),
         };
         OpacitySample {

@@ -3,6 +3,8 @@
 mod bend;
 mod dataset;
 mod distribution;
+mod export;
+mod grazing;
 mod march;
 mod pool;
 mod shell;
@@ -16,7 +18,9 @@ mod transport;
 mod triangulate;
 
 pub use bend::{Bend, LEAST_CORE};
-pub use dataset::{DatasetError, DatasetOptions, PatchDataset};
+pub use dataset::{DatasetError, DatasetOptions, PatchDataset, Silhouettes};
+pub use export::{ExportError, export_dataset};
+pub use grazing::{GrazingOptions, OpacityStudy};
 pub(crate) use march::BentField;
 pub(crate) use pool::PatchPool;
 pub use surface::Patch;
