@@ -5,10 +5,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{EulerRot, Mat3, Vec3};
+use osculate_geom::field::FilterKind;
+use osculate_geom::reference::Shape;
 
 use super::checker::Checker;
-use super::file::{LightSection, MeshLoader, MeshSection, SceneFile, SceneFileError};
-use super::{Material, MeshInstance, Placement, PreviewOptions, Role, Scene, SurfaceSource};
+use super::file::{
+    LightSection, LoadRequest, LoadedMesh, MeshLoader, MeshSection, MeshSource, SceneFile, SceneFileError,
+};
+use super::silhouette_section::SilhouetteChoice;
+use super::{Material, MeshInstance, Placement, PreviewOptions, QueryForm, Role, Scene, SurfaceSource};
 use crate::camera::Camera;
 use crate::lights::{Environment, Light, RectangleLight};
 use crate::output::read_environment;
@@ -30,7 +35,7 @@ impl SceneFile {
             .mesh
             .iter()
             .enumerate()
-            .map(|(i, m)| object(&check, i, m, &materials, load))
+            .map(|(i, m)| self.object(&check, i, m, &materials, load))
             .collect::<Result<_, _>>()?;
         let towards_viewer = match self.camera.towards_viewer {
             Some(v) => check.direction("camera.towards_viewer", v)?,
@@ -43,7 +48,8 @@ impl SceneFile {
             fov_y: self.camera.fov_y.to_radians(),
         };
         let mut scene = Scene::preview(objects, &preview);
-        scene.filter = self.curvature.filter;
+        let asks = self.material.values().any(|m| m.model.is_some() || m.oracle.is_some());
+        scene.filter = self.filter(asks);
         scene.exposure = check.finite("image.exposure", self.image.exposure)?;
         if !self.light.is_empty() || self.environment.is_some() {
             scene.objects.pop();
@@ -79,7 +85,15 @@ impl SceneFile {
         Ok(())
     }
 
-    fn materials(&self, check: &Checker<'_>) -> Result<BTreeMap<&str, Material>, SceneFileError> {
+    /// The filter, with its default: what materials with silhouettes want, if there are any.
+    fn filter(&self, silhouettes: bool) -> FilterKind {
+        self.curvature.filter.unwrap_or(match self.curvature.query {
+            QueryForm::Chord if silhouettes => FilterKind::Chord,
+            _ => FilterKind::March,
+        })
+    }
+
+    fn materials(&self, check: &Checker<'_>) -> Result<BTreeMap<&str, SceneMaterial>, SceneFileError> {
         let mut materials = BTreeMap::new();
         for (name, section) in &self.material {
             let key = |k: &str| format!("material.{name}.{k}");
@@ -105,9 +119,65 @@ impl SceneFile {
                 opacity: check.range(&key("opacity"), section.opacity, 0.0, 1.0)?,
                 silhouette: None,
             };
-            materials.insert(name.as_str(), material);
+            let silhouette = section.silhouette(check, name)?;
+            materials.insert(name.as_str(), SceneMaterial { material, silhouette });
         }
         Ok(materials)
+    }
+
+    fn object(
+        &self,
+        check: &Checker<'_>,
+        index: usize,
+        section: &MeshSection,
+        materials: &BTreeMap<&str, SceneMaterial>,
+        load: &mut MeshLoader<'_>,
+    ) -> Result<MeshInstance, SceneFileError> {
+        let key = |k: &str| format!("mesh[{index}].{k}");
+        let chosen = section.material.as_deref().map(|name| {
+            materials.get(name).ok_or_else(|| {
+                let known = materials.keys().copied().collect::<Vec<_>>().join(", ");
+                check.error(&key("material"), name, format!("no such material; there are: {known}"))
+            })
+        });
+        let chosen = chosen.transpose()?;
+        let scale = section.scale;
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(check.error(&key("scale"), scale, "must be positive"));
+        }
+        let [x, y, z] = check.point(&key("rotate"), section.rotate)?.to_array().map(f32::to_radians);
+        let placement = Placement {
+            rotation: Mat3::from_euler(EulerRot::ZYX, z, y, x),
+            scale,
+            translation: check.point(&key("translate"), section.translate)?,
+        };
+        let silhouette = chosen.and_then(|m| m.silhouette.as_ref());
+        let shell = silhouette.map(|s| s.shell(scale));
+        let filter = self.filter(silhouette.is_some());
+        let loaded = load_mesh(check, index, section, load, |source| LoadRequest { source, shell, filter })?;
+        let surface = match chosen {
+            None => SurfaceSource::Mesh,
+            Some(SceneMaterial { material, silhouette }) => {
+                let silhouette = silhouette
+                    .as_ref()
+                    .map(|s| {
+                        s.on_mesh(&loaded.mesh, scale, self.curvature.query).ok_or_else(|| {
+                            check.error(&key("material"), &material.name, "has tiles, and the mesh has no UV for them")
+                        })
+                    })
+                    .transpose()?;
+                SurfaceSource::Material(Material { silhouette, ..material.clone() })
+            }
+        };
+        let role = if section.backdrop { Role::Backdrop } else { Role::Subject };
+        Ok(MeshInstance {
+            mesh: loaded.mesh,
+            curvature: loaded.curvature,
+            field: loaded.field,
+            surface,
+            placement,
+            role,
+        })
     }
 
     fn environment(&self, check: &Checker<'_>) -> Result<Environment, SceneFileError> {
@@ -159,49 +229,29 @@ impl SceneFile {
     }
 }
 
-fn object(
+/// A material of a scene file, before it is known which mesh it goes on.
+struct SceneMaterial {
+    material: Material,
+    silhouette: Option<SilhouetteChoice>,
+}
+
+fn load_mesh<'a>(
     check: &Checker<'_>,
     index: usize,
-    section: &MeshSection,
-    materials: &BTreeMap<&str, Material>,
+    section: &'a MeshSection,
     load: &mut MeshLoader<'_>,
-) -> Result<MeshInstance, SceneFileError> {
+    request: impl Fn(MeshSource<'_>) -> LoadRequest<'_>,
+) -> Result<LoadedMesh, SceneFileError> {
     let key = |k: &str| format!("mesh[{index}].{k}");
-    let surface = match &section.material {
-        None => SurfaceSource::Mesh,
-        Some(name) => match materials.get(name.as_str()) {
-            Some(material) => SurfaceSource::Material(material.clone()),
-            None => {
-                let known = materials.keys().copied().collect::<Vec<_>>().join(", ");
-                return Err(check.error(
-                    &key("material"),
-                    name,
-                    format!("no such material; there are: {known}"),
-                ));
-            }
-        },
-    };
-    let scale = section.scale;
-    if !(scale.is_finite() && scale > 0.0) {
-        return Err(check.error(&key("scale"), scale, "must be positive"));
+    match (&section.file, &section.shape) {
+        (Some(file), None) => load(&request(MeshSource::File(&check.folder.join(file))))
+            .map_err(|e| check.error(&key("file"), file.display(), e)),
+        (None, Some(words)) => {
+            let shape = words.parse::<Shape>().map_err(|e| check.error(&key("shape"), words, e))?;
+            load(&request(MeshSource::Shape(shape))).map_err(|e| check.error(&key("shape"), words, e))
+        }
+        _ => Err(check.error(&format!("mesh[{index}]"), "{ .. }", "needs one of `file` and `shape`")),
     }
-    let [x, y, z] = check.point(&key("rotate"), section.rotate)?.to_array().map(f32::to_radians);
-    let placement = Placement {
-        rotation: Mat3::from_euler(EulerRot::ZYX, z, y, x),
-        scale,
-        translation: check.point(&key("translate"), section.translate)?,
-    };
-    let loaded = load(&check.folder.join(&section.file))
-        .map_err(|e| check.error(&key("file"), section.file.display(), e))?;
-    let role = if section.backdrop { Role::Backdrop } else { Role::Subject };
-    Ok(MeshInstance {
-        mesh: loaded.mesh,
-        curvature: loaded.curvature,
-        field: loaded.field,
-        surface,
-        placement,
-        role,
-    })
 }
 
 fn light(check: &Checker<'_>, index: usize, section: &LightSection) -> Result<Light, SceneFileError> {

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use osculate_geom::Mesh;
 use osculate_geom::curvature::VertexCurvature;
 use osculate_geom::field::{FilterKind, WalkLength};
+use osculate_geom::mesh::uv_scale;
+use osculate_geom::reference::Shape;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{DirectionalCurvature, Material};
+use super::{DirectionalCurvature, Material, QueryForm};
 
 /// A scene file as it is written. Paths are relative to the file. Angles are in degrees, lengths in world units, colours
 /// linear RGB. Sections that are left out take what the preview has: its camera and, without lights and environment, its studio.
@@ -89,10 +91,12 @@ impl Default for CameraSection {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CurvatureSection {
-    /// `point`, `march`, `baked` or `chord`. Default: `march`.
-    pub filter: FilterKind,
-    /// Depth of the material in world units of the mesh file; the filter looks as far as a ray can be in it. Default: 2 % of the
-    /// mesh's diagonal.
+    /// What materials with silhouettes are told of a ray's way: `paper` or `chord`. Default: `chord`.
+    pub query: QueryForm,
+    /// `point`, `march`, `baked` or `chord`. Default: `chord` for materials with silhouettes that are asked so, else `march`.
+    pub filter: Option<FilterKind>,
+    /// Depth of the material in world units of the mesh file; the filter looks as far as a ray can be in it. Default: the
+    /// depth of a mesh's material with silhouettes, else 2 % of the mesh's diagonal.
     pub depth: Option<f64>,
     /// How far to look past every point instead, in world units of the mesh file.
     pub length: Option<f64>,
@@ -111,8 +115,10 @@ impl CurvatureSection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSection {
-    /// Mesh file.
-    pub file: PathBuf,
+    /// Mesh file; or else `shape`.
+    pub file: Option<PathBuf>,
+    /// A surface made on the spot, with UV from 0 to 1: `torus:A,r`, radii of the circle and of the tube, around +Y.
+    pub shape: Option<String>,
     /// Name of a material of the scene; otherwise the mesh's own.
     pub material: Option<String>,
     /// Turns about x, then y, then z, in degrees. Default: none.
@@ -145,6 +151,18 @@ pub struct MaterialSection {
     pub specular: f32,
     /// Default: 1.
     pub opacity: f32,
+    /// A trained material (`.sbtf`), which takes the place of all of the above.
+    pub model: Option<PathBuf>,
+    /// Instead of a model: a microstructure, by name or `.toml`, that every query traces.
+    pub oracle: Option<String>,
+    /// Paths per query of `oracle`. Default: 4.
+    pub oracle_samples: u32,
+    /// Depth of `oracle` in tiles. Default: the microstructure's own.
+    pub oracle_depth: Option<f32>,
+    /// Tiles of a model or oracle per UV unit, along u and v. Default: 1 and 1.
+    pub tiles: [f32; 2],
+    /// World length of a tile, which fixes how deep the material is. Default: what a tile measures on the mesh on average.
+    pub tile_size: Option<f32>,
 }
 
 impl Default for MaterialSection {
@@ -157,6 +175,12 @@ impl Default for MaterialSection {
             roughness: m.roughness,
             specular: m.specular,
             opacity: m.opacity,
+            model: None,
+            oracle: None,
+            oracle_samples: 4,
+            oracle_depth: None,
+            tiles: [1.0; 2],
+            tile_size: None,
         }
     }
 }
@@ -218,9 +242,61 @@ pub struct LoadedMesh {
     pub field: Option<Arc<dyn DirectionalCurvature>>,
 }
 
-/// Reads a mesh file.
+/// A mesh that a scene wants.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadRequest<'a> {
+    /// Where it comes from.
+    pub source: MeshSource<'a>,
+    /// The material that will lie under its surface and asks for curvature along rays.
+    pub shell: Option<Shell>,
+    /// The scene's choice of a filter, with its default resolved.
+    pub filter: FilterKind,
+}
+
+/// Where a mesh comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MeshSource<'a> {
+    /// A file; its path is joined with the scene's.
+    File(&'a Path),
+    /// A surface made on the spot.
+    Shape(Shape),
+}
+
+/// A layer of material under a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shell {
+    /// In tiles.
+    pub depth: f32,
+    /// Tiles per UV unit of the mesh.
+    pub tiles: [f32; 2],
+    /// World length of a tile, if the scene fixes it.
+    pub tile_size: Option<f32>,
+    /// World length of a unit of the mesh.
+    pub scale: f32,
+}
+
+impl Shell {
+    /// World length of a tile on this mesh; `None` where it is not given and the mesh has no UV or no area.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
+    pub fn tile_size_on(&self, mesh: &Mesh) -> Option<f32> {
+        let measured = || {
+            let unit = self.scale * uv_scale(mesh, 0)? as f32;
+            Some(unit / (self.tiles[0] * self.tiles[1]).sqrt()).filter(|size| size.is_finite() && *size > 0.0)
+        };
+        self.tile_size.or_else(measured)
+    }
+
+    /// Depth in units of the mesh; `None` as for [`Self::tile_size_on`].
+    #[must_use]
+    pub fn depth_in_mesh(&self, mesh: &Mesh) -> Option<f64> {
+        Some(f64::from(self.depth) * f64::from(self.tile_size_on(mesh)? / self.scale))
+    }
+}
+
+/// Reads or makes a mesh.
 pub type MeshLoader<'a> =
-    dyn FnMut(&Path) -> Result<LoadedMesh, Box<dyn std::error::Error + Send + Sync>> + 'a;
+    dyn FnMut(&LoadRequest<'_>) -> Result<LoadedMesh, Box<dyn std::error::Error + Send + Sync>> + 'a;
 
 /// What is wrong with a scene file. Every message begins with the file.
 #[derive(Debug, Error)]

@@ -5,6 +5,7 @@ mod checker;
 mod file;
 mod preview;
 mod silhouette;
+mod silhouette_section;
 
 use std::sync::Arc;
 
@@ -13,7 +14,9 @@ use osculate_geom::Mesh;
 use osculate_geom::curvature::VertexCurvature;
 use osculate_geom::field::FilterKind;
 
-pub use file::{CurvatureSection, LoadedMesh, MeshLoader, SceneFile, SceneFileError};
+pub use file::{
+    CurvatureSection, LoadRequest, LoadedMesh, MeshLoader, MeshSource, SceneFile, SceneFileError, Shell,
+};
 pub use preview::PreviewOptions;
 pub use silhouette::{QueryForm, SilhouetteMaterial};
 

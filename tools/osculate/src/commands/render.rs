@@ -7,14 +7,17 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
+use osculate_geom::Mesh;
 use osculate_geom::bake::BakeOptions;
 use osculate_geom::curvature::estimate;
 use osculate_geom::field::{Filter, FilterKind, WalkLength};
 use osculate_geom::mesh::Surface;
+use osculate_geom::reference::{Axis, Shape};
+use osculate_geom::shapes;
 use osculate_render::aov::{Aov, aovs};
 use osculate_render::false_colour::{Quantity, curvature_picture};
 use osculate_render::output::{ExrLayer, write_exr, write_png};
-use osculate_render::scene::{CurvatureSection, LoadedMesh, PreviewOptions, SceneFile};
+use osculate_render::scene::{LoadRequest, LoadedMesh, MeshSource, PreviewOptions, SceneFile};
 use osculate_render::{
     Counters, EffectPlan, MeshInstance, RenderOptions, Rendering, Scene, StopRule, picture, plan, render,
 };
@@ -215,12 +218,13 @@ fn stop_rule(args: &RenderArgs) -> StopRule {
 fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scene> {
     let path = &args.input;
     if output::extension(path) != "toml" {
-        let filter = chosen_filter(args, &CurvatureSection::default());
-        let LoadedMesh { mesh, curvature, field } = load_mesh(path, args, content, filter, console)?;
+        let (filter, walk) = (args.filter.map_or_else(FilterKind::default, FilterKind::from), args.length.walk());
+        let request = LoadRequest { source: MeshSource::File(path), shell: None, filter };
+        let LoadedMesh { mesh, curvature, field } = load_mesh(&request, args, content, walk, console)?;
         let object = MeshInstance { curvature, field, ..MeshInstance::new(mesh) };
         let mut options = PreviewOptions::default();
         options.size = args.size.unwrap_or(options.size);
-        return Ok(Scene { filter: filter.0, ..Scene::preview(vec![object], &options) });
+        return Ok(Scene { filter, ..Scene::preview(vec![object], &options) });
     }
     let shown = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| shown.clone())?;
@@ -228,66 +232,85 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
     if let Some([width, height]) = args.size {
         (file.image.width, file.image.height) = (width, height);
     }
-    let filter = chosen_filter(args, &file.curvature);
-    let mut load = |path: &Path| {
-        load_mesh(path, args, content, filter, console).map_err(|error| format!("{error:#}").into())
+    // The arguments come before the scene file.
+    file.curvature.filter = args.filter.map(FilterKind::from).or(file.curvature.filter);
+    let walk = args.length.walk().or(file.curvature.walk());
+    let mut load = |request: &LoadRequest<'_>| {
+        load_mesh(request, args, content, walk, console).map_err(|error| format!("{error:#}").into())
     };
-    let scene = file.build(path, &mut load)?;
-    Ok(Scene { filter: filter.0, ..scene })
-}
-
-/// The filter and how far it looks: the arguments come before the scene file.
-fn chosen_filter(args: &RenderArgs, section: &CurvatureSection) -> (FilterKind, Option<WalkLength>) {
-    (args.filter.map_or(section.filter, FilterKind::from), args.length.walk().or(section.walk()))
+    Ok(file.build(path, &mut load)?)
 }
 
 fn load_mesh(
-    path: &Path,
+    request: &LoadRequest<'_>,
     args: &RenderArgs,
     content: &Content,
-    (kind, walk): (FilterKind, Option<WalkLength>),
+    walk: Option<WalkLength>,
     console: &Console,
 ) -> Result<LoadedMesh> {
+    let shown = match request.source {
+        MeshSource::File(path) => path.display().to_string(),
+        MeshSource::Shape(shape) => shape.to_string(),
+    };
+    let kind = request.filter;
     let no_table = || {
-        let shown = path.display();
         anyhow!("{shown}: holds no baked filter; bake it with --filter-azimuths, or choose another --filter")
     };
+    let needs_filter = content.needs_filter() || request.shell.is_some();
+    let needs_curvature = content.needs_curvature() || request.shell.is_some();
+    let walk_on = |mesh: &Mesh| {
+        let depth = request.shell.and_then(|shell| shell.depth_in_mesh(mesh));
+        walk.or(depth.map(|depth| WalkLength::Shell { depth }))
+    };
     let options = args.estimate.options(&BakeOptions::default())?;
-    let (mesh, curvature) = match input::read(path, console)? {
+    let input = match request.source {
+        MeshSource::File(path) => input::read(path, console)?,
+        MeshSource::Shape(shape) => Input::Raw(made(shape)?),
+    };
+    let (mesh, curvature) = match input {
         Input::Baked(_) if args.estimate.is_given() => {
             bail!(
-                "{}: is baked already, so --method and its like have no effect; leave them out",
-                path.display()
+                "{shown}: is baked already, so --method and its like have no effect; leave them out"
             )
         }
         Input::Baked(baked) => {
-            let field = if content.needs_filter() {
-                Some(OwnedField::of_baked(&baked, kind, walk).ok_or_else(no_table)?.shared())
+            let field = if needs_filter {
+                Some(OwnedField::of_baked(&baked, kind, walk_on(baked.mesh())).ok_or_else(no_table)?.shared())
             } else {
                 None
             };
             let (mesh, curvature) = baked.into_parts();
             return Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: Some(Arc::from(curvature)), field });
         }
-        Input::Raw(mesh) if !content.needs_curvature() => (mesh, None),
+        Input::Raw(mesh) if !needs_curvature => (mesh, None),
         Input::Raw(mesh) => {
             let _step = console.step("estimating curvature");
             let surface = Surface::new(&mesh, options.weld);
             let curvature =
-                estimate(&surface, &options.curvature).with_context(|| path.display().to_string())?;
+                estimate(&surface, &options.curvature).with_context(|| shown.clone())?;
             let curvature = surface.spread(curvature);
             drop(surface);
             (mesh, Some(curvature))
         }
     };
     let field = match &curvature {
-        Some(curvature) if content.needs_filter() => {
+        Some(curvature) if needs_filter => {
             let filter = Filter::of_kind(kind).ok_or_else(no_table)?;
-            Some(OwnedField::of_mesh(&mesh, options.weld, curvature, filter, walk).shared())
+            Some(OwnedField::of_mesh(&mesh, options.weld, curvature, filter, walk_on(&mesh)).shared())
         }
         _ => None,
     };
     Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: curvature.map(Arc::from), field })
+}
+
+/// The surface with UV that a scene asks for, fine enough that its facets do not show.
+fn made(shape: Shape) -> Result<Mesh> {
+    match shape {
+        Shape::Torus { major, minor, axis: Axis::Fitted | Axis::Y } => {
+            Ok(shapes::torus_with_uv(major, minor, 480, 240))
+        }
+        other => bail!("{other}: only torus:A,r can be made with UV; write a mesh file for other shapes"),
+    }
 }
 
 /// Renders and writes; returns what tracing took, if anything was traced.
