@@ -31,9 +31,8 @@ pub(crate) fn blur(
     scratch.par_chunks_mut(row).zip(texture.par_chunks(row)).for_each(|(to, from)| {
         // The row with as many texels of its neighbours on either side as the filter needs.
         let margin = (weights.len() - 1) * shape.channels;
-        let padded: Vec<f32> = (0..row + 2 * margin)
-            .map(|i| from[(i + row * margin.div_ceil(row) - margin) % row])
-            .collect();
+        let padded: Vec<f32> =
+            (0..row + 2 * margin).map(|i| from[(i + row * margin.div_ceil(row) - margin) % row]).collect();
         combine(set, &weights, to, |k| {
             let (left, right) = (margin - k * shape.channels, margin + k * shape.channels);
             (&padded[left..left + row], &padded[right..right + row])
@@ -84,6 +83,7 @@ mod tests {
             (std::f64::consts::TAU * (2.0 * x as f64 / 64.0 + y as f64 / 48.0)).cos()
         };
         let sigma = 4.0;
+        #[allow(clippy::cast_possible_truncation, reason = "a cosine")]
         let texture = (0..shape.len()).map(|i| wave(i) as f32).collect();
         let exponent = |n: f64| 0.5 * (std::f64::consts::TAU / n * sigma).powi(2);
         let factor = (-exponent(32.0) - exponent(48.0)).exp();

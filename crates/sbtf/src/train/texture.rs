@@ -59,12 +59,7 @@ impl Footprints {
 }
 
 /// Sets `gradient` to the sum of all footprints. The order of the sums depends on the shards, not on the threads.
-pub(crate) fn gather(
-    set: InstructionSet,
-    shape: TextureShape,
-    shards: &[&Footprints],
-    gradient: &mut [f32],
-) {
+pub(crate) fn gather(set: InstructionSet, shape: TextureShape, shards: &[&Footprints], gradient: &mut [f32]) {
     let length = rows_per_band(shape) * shape.width * shape.channels;
     gradient.par_chunks_mut(length).enumerate().for_each(|(band, texels)| {
         texels.fill(0.0);
