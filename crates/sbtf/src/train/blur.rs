@@ -83,6 +83,7 @@ mod tests {
             (std::f64::consts::TAU * (2.0 * x as f64 / 64.0 + y as f64 / 48.0)).cos()
         };
         let sigma = 4.0;
+        #[allow(clippy::cast_possible_truncation, reason = "a cosine")]
         let texture = (0..shape.len()).map(|i| wave(i) as f32).collect();
         let exponent = |n: f64| 0.5 * (std::f64::consts::TAU / n * sigma).powi(2);
         let factor = (-exponent(32.0) - exponent(48.0)).exp();

@@ -22,6 +22,11 @@ impl Parameters {
         Self { values, means: zeros.clone(), squares: zeros }
     }
 
+    /// The rows with their names.
+    pub(crate) fn rows(&self) -> [(&'static str, &[f32]); 3] {
+        [("values", &self.values), ("means", &self.means), ("squares", &self.squares)]
+    }
+
     /// One step, in parallel; every number is on its own, so that the pieces do not matter.
     fn step(&mut self, set: InstructionSet, step: AdamStep, gradient: &[f32]) {
         const PIECE: usize = 1 << 15;
@@ -46,17 +51,23 @@ pub(crate) struct Update {
     pub(crate) sigma: f64,
 }
 
+/// All that a learner has learned.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LearnerState {
+    pub(crate) texture: Parameters,
+    /// Layer by layer, weights `[outputs, inputs]`, then biases.
+    pub(crate) network: Parameters,
+    /// Steps taken.
+    pub(crate) steps: u64,
+}
+
 /// A module that learns.
 #[derive(Debug, Clone)]
 pub(crate) struct Learner {
     pub(crate) set: InstructionSet,
     pub(crate) shape: TextureShape,
     pub(crate) layers: Shape,
-    pub(crate) texture: Parameters,
-    /// Layer by layer, weights `[outputs, inputs]`, then biases.
-    pub(crate) network: Parameters,
-    /// Steps taken.
-    pub(crate) steps: u64,
+    pub(crate) state: LearnerState,
     seen: Vec<f32>,
     blurred: bool,
     scratch: Vec<f32>,
@@ -80,25 +91,14 @@ impl Learner {
             network.extend((0..pair[0] * pair[1]).map(|_| range * random.signed()));
             network.extend((0..pair[1]).map(|o| if index == last { start[o] } else { 0.0 }));
         }
-        Self::with(shape, layers, Parameters::new(texels), Parameters::new(network), 0)
-    }
-
-    /// A learner that was saved.
-    pub(crate) fn with(
-        shape: TextureShape,
-        layers: Shape,
-        texture: Parameters,
-        network: Parameters,
-        steps: u64,
-    ) -> Self {
+        let state =
+            LearnerState { texture: Parameters::new(texels), network: Parameters::new(network), steps: 0 };
         let scratch = || vec![0.0; shape.len()];
         Self {
             set: InstructionSet::best(),
             shape,
             layers,
-            texture,
-            network,
-            steps,
+            state,
             seen: scratch(),
             blurred: false,
             scratch: scratch(),
@@ -110,14 +110,14 @@ impl Learner {
     pub(crate) fn look(&mut self, sigma: f64) {
         self.blurred = sigma >= LEAST_SIGMA;
         if self.blurred {
-            self.seen.copy_from_slice(&self.texture.values);
+            self.seen.copy_from_slice(&self.state.texture.values);
             blur(self.set, self.shape, sigma, &mut self.seen, &mut self.scratch);
         }
     }
 
     /// The features that the network sees.
     pub(crate) fn texels(&self) -> &[f32] {
-        if self.blurred { &self.seen } else { &self.texture.values }
+        if self.blurred { &self.seen } else { &self.state.texture.values }
     }
 
     /// Gathers the shards' gradients of texture and network, in the order of the shards.
@@ -131,7 +131,7 @@ impl Learner {
         if self.blurred {
             blur(self.set, self.shape, sigma, &mut self.texture_gradient, &mut self.scratch);
         }
-        let mut network = vec![0.0; self.network.values.len()];
+        let mut network = vec![0.0; self.state.network.values.len()];
         for shard in networks {
             network.iter_mut().zip(*shard).for_each(|(sum, g)| *sum += g);
         }
@@ -141,14 +141,18 @@ impl Learner {
     /// Takes a step down the shards' gradients.
     pub(crate) fn step(&mut self, footprints: &[&Footprints], networks: &[&[f32]], update: Update) {
         let (_, network) = self.gradients(footprints, networks, update.sigma);
-        self.steps += 1;
-        self.texture.step(self.set, AdamStep::new(update.texture, self.steps), &self.texture_gradient);
-        self.network.step(self.set, AdamStep::new(update.network, self.steps), &network);
+        self.state.steps += 1;
+        self.state.texture.step(
+            self.set,
+            AdamStep::new(update.texture, self.state.steps),
+            &self.texture_gradient,
+        );
+        self.state.network.step(self.set, AdamStep::new(update.network, self.state.steps), &network);
     }
 
     /// The module with the features that its network last saw.
     pub(crate) fn module(&self) -> Module {
-        let mut rest = self.network.values.as_slice();
+        let mut rest = self.state.network.values.as_slice();
         let mut take = |count: usize| {
             let (head, tail) = rest.split_at(count);
             rest = tail;

@@ -89,7 +89,7 @@ impl OpacityLearner {
     }
 
     /// Gradients of a batch, left in the shards. Returns the mean loss, 0 for a batch without samples that teach.
-    fn gradients(&mut self, batch: &OpacityBatch, sigma: f64) -> f64 {
+    pub(crate) fn gradients(&mut self, batch: &OpacityBatch, sigma: f64) -> f64 {
         self.learner.look(sigma);
         let targets = self.targets(batch);
         let (form, learner) = (&self.architecture, &self.learner);
@@ -118,6 +118,15 @@ impl OpacityLearner {
             })
             .collect();
         losses.iter().sum::<f64>() * f64::from(scale)
+    }
+
+    /// Gradients that [`Self::gradients`] left: of the texture, and of the network.
+    #[cfg(test)]
+    pub(crate) fn gathered(&mut self, sigma: f64) -> (Vec<f32>, Vec<f32>) {
+        let footprints: Vec<_> = self.shards.iter().map(|shard| &shard.footprints).collect();
+        let networks: Vec<_> = self.shards.iter().map(|shard| shard.network.as_slice()).collect();
+        let (texture, network) = self.learner.gradients(&footprints, &networks, sigma);
+        (texture.to_vec(), network)
     }
 
     /// Learns from a batch; returns the mean loss before.

@@ -55,7 +55,7 @@ impl Shard {
     }
 
     pub(crate) fn forward(&mut self, learner: &Learner) {
-        forward(learner.set, &learner.layers, &learner.network.values, &mut self.rows);
+        forward(learner.set, &learner.layers, &learner.state.network.values, &mut self.rows);
     }
 
     /// One output of one sample.
@@ -83,7 +83,7 @@ impl Shard {
         backward(
             learner.set,
             &learner.layers,
-            &learner.network.values,
+            &learner.state.network.values,
             &self.rows,
             &mut self.gradients,
             &mut self.accumulators,

@@ -33,10 +33,6 @@ impl Shape {
         &self.sizes
     }
 
-    pub(crate) fn inputs(&self) -> usize {
-        self.sizes[0]
-    }
-
     /// Numbers in all layers: weights `[outputs, inputs]`, then biases, layer by layer.
     pub(crate) fn parameters(&self) -> usize {
         self.sizes.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum()
@@ -459,7 +455,7 @@ mod tests {
         let mut random = Random::new(7, 1);
         let parameters: Vec<f32> = (0..shape.parameters()).map(|_| random.signed()).collect();
         let (mut rows, mut gradients) = (shape.block(), shape.block());
-        rows[..shape.inputs() * ROW].iter_mut().for_each(|x| *x = random.signed());
+        rows[..shape.sizes()[0] * ROW].iter_mut().for_each(|x| *x = random.signed());
         let first = shape.first_output() * ROW;
         gradients[first..].iter_mut().for_each(|x| *x = random.signed());
         let (mut sums, mut gradient) = (shape.accumulators(), vec![0.0; shape.parameters()]);

@@ -1,0 +1,64 @@
+//! From minutes to steps.
+
+use std::time::Instant;
+
+use super::appearance::AppearanceLearner;
+use super::learner::Update;
+use super::opacity::OpacityLearner;
+use super::options::TrainOptions;
+use super::random::Random;
+use super::task::Task;
+use crate::model::{Architecture, OpacityHead};
+use crate::samples::SampleSource;
+
+/// Steps that are timed, after one that is not.
+const TIMED: u64 = 6;
+/// Share of the time that goes to the opacity module.
+const OPACITY_SHARE: f64 = 0.5;
+/// Share of the time that is left for scores, checkpoints, and slower moments.
+const RESERVE: f64 = 0.08;
+
+impl TrainOptions {
+    /// The same options with as many steps as fit into so many minutes at the speed of this machine just now. The steps
+    /// decide the result, the minutes only them: keep the options that this returns, and the run can be repeated.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive count of steps")]
+    pub fn fitted(self, form: &Architecture, source: &dyn SampleSource, minutes: f64) -> Self {
+        let began = Instant::now();
+        let opaque = form.opacity == OpacityHead::Opaque;
+        let opacity = if opaque { f64::INFINITY } else { seconds::<OpacityLearner>(form, &self, source) };
+        let appearance = seconds::<AppearanceLearner>(form, &self, source);
+        let left = (60.0 * minutes * (1.0 - RESERVE) - began.elapsed().as_secs_f64()).max(0.0);
+        let share = if opaque { 0.0 } else { OPACITY_SHARE };
+        // Fewer steps than scores would be no training at all.
+        let steps = |seconds: f64| ((seconds) as u64).max(self.scores);
+        Self {
+            opacity_steps: steps(left * share / opacity),
+            appearance_steps: steps(left * (1.0 - share) / appearance),
+            ..self
+        }
+    }
+}
+
+/// Seconds that a step takes, its samples included.
+fn seconds<T: Task + Send>(form: &Architecture, options: &TrainOptions, source: &dyn SampleSource) -> f64 {
+    let mut task = T::fresh(form, options, &mut Random::new(options.seed, 0));
+    let (mut batch, mut next) = (T::Batch::default(), T::Batch::default());
+    let (_, count) = T::amount(options);
+    T::resize(&mut batch, count);
+    T::resize(&mut next, count);
+    T::fill(source, 0, &mut batch);
+    let mut began = Instant::now();
+    for step in 0..=TIMED {
+        if step == 1 {
+            began = Instant::now();
+        }
+        // Half of a run is blurred, mostly little.
+        let sigma = if step.is_multiple_of(2) { 0.0 } else { 0.25 * options.blur };
+        let update = Update { network: options.network_rate, texture: options.texture_rate, sigma };
+        let task = &mut task;
+        rayon::join(|| task.step(&batch, update), || T::fill(source, step + 1, &mut next));
+        std::mem::swap(&mut batch, &mut next);
+    }
+    began.elapsed().as_secs_f64() / TIMED as f64
+}
