@@ -48,7 +48,7 @@ pub struct Oracle {
 
 #[derive(Debug)]
 enum Method {
-    Field { sweep: Sweep, shading: FieldShading },
+    Field { sweep: Box<Sweep>, shading: Box<FieldShading> },
     Patches { tile: Arc<TileSurface>, pool: PatchPool },
 }
 
@@ -72,8 +72,8 @@ impl Oracle {
         assert!(options.samples > 0 && options.transport.bounces > 0, "at least one sample and one bounce");
         let method = match &micro.geometry {
             Geometry::HeightField(field) => Method::Field {
-                sweep: Sweep::new(field),
-                shading: FieldShading::new(field, options.tile.shading),
+                sweep: Box::new(Sweep::new(field)),
+                shading: Box::new(FieldShading::new(field, options.tile.shading)),
             },
             Geometry::TileMesh(mesh) => Method::Patches {
                 tile: Arc::new(TileSurface::from_mesh(mesh, &options.tile)),

@@ -105,14 +105,16 @@ fn write(path: &Path, columns: &Columns<'_>) -> Result<(), ExportError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::micro::{Geometry, Microstructure};
+    use crate::micro::{Geometry, HeightField, Maps, Microstructure, Reflectance};
     use crate::patch::test_fields::bumps;
     use crate::patch::{DatasetOptions, PatchDataset};
     use safetensors::SafeTensors;
 
     #[test]
     fn files_hold_the_stream() {
-        let micro = Microstructure { name: "bumps".into(), geometry: Geometry::HeightField(bumps(32, 0.1)) };
+        let tint = Reflectance { albedo: glam::Vec3::new(0.2, 0.5, 0.8), roughness: 0.5, metalness: 0.0 };
+        let field = HeightField::new(bumps(32, 0.1).heights().clone(), 0.1, Maps::uniform(tint));
+        let micro = Microstructure { name: "bumps".into(), geometry: Geometry::HeightField(field) };
         let dataset = PatchDataset::new(&micro, DatasetOptions::default()).expect("valid options");
         let folder = tempfile::tempdir().expect("a folder");
         export_dataset(&dataset, folder.path(), 2, 100).expect("written");

@@ -67,3 +67,39 @@ fn split([a, b, c]: [u32; 3], [ab, bc, ca]: [Option<u32>; 3], mut emit: impl FnM
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_long_edge_no_gap_no_loss() {
+        let mut vertices: Vec<Vec3> = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.93, 0.4)]
+            .map(|(u, v)| Vec3::new(u, v, 0.0))
+            .into();
+        let triangles = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
+        let (made, split) = subdivide_long_edges(&mut vertices, &triangles, 0.11);
+        let at = |i: u32| vertices[i as usize].truncate();
+        let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
+        let mut areas = [0.0_f32; 4];
+        for (t, source) in made.iter().zip(&split.sources) {
+            let twice = (at(t[1]) - at(t[0])).perp_dot(at(t[2]) - at(t[0]));
+            assert!(twice > 0.0, "{t:?} is turned over");
+            areas[*source as usize] += 0.5 * twice;
+            for i in 0..3 {
+                let (a, b) = (t[i], t[(i + 1) % 3]);
+                assert!((at(a) - at(b)).length() <= 0.11);
+                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        for (area, expected) in areas.iter().zip([0.2, 0.035, 0.3, 0.465]) {
+            assert!((area - expected).abs() < 1e-5, "{area} {expected}");
+        }
+        // Every edge that only one triangle has lies on the square's border.
+        for ([a, b], count) in edges {
+            let border =
+                |p: glam::Vec2, q: glam::Vec2| (0..2).any(|i| p[i] == q[i] && (p[i] == 0.0 || p[i] == 1.0));
+            assert!(count == 2 || count == 1 && border(at(a), at(b)), "{count} triangles at {a} {b}");
+        }
+    }
+}

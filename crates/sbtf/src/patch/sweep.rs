@@ -31,6 +31,8 @@ pub struct Sweep {
     z: Vec<f32>,
     highest: f32,
     lowest: f32,
+    /// UV units per texel.
+    per_texel: Vec2,
     /// One map per entry of [`STRETCHES`].
     windows: [WindowMaxima; 2],
 }
@@ -62,7 +64,8 @@ impl Sweep {
         let highest = z.iter().copied().fold(f32::MIN, f32::max);
         let lowest = z.iter().copied().fold(f32::MAX, f32::min);
         let windows = STRETCHES.map(|length| WindowMaxima::new(&z, width, height, length));
-        Self { width, height, z, highest, lowest, windows }
+        let per_texel = Vec2::new(1.0 / width as f32, 1.0 / height as f32);
+        Self { width, height, z, highest, lowest, per_texel, windows }
     }
 
     /// The smallest `cos_o` at which a ray that enters at `uv` and runs along the unit vector `along` hits, in `[0, 1)`; 0
@@ -108,11 +111,19 @@ impl Sweep {
         let line = Line { start: self.texels(uv), rate, kappa };
         let per_texel = 1.0 / rate.abs().max_element();
         let stretch = STRETCHES.map(|texels| texels * per_texel);
-        // The most promising stretch first: the lower q is, the more of the others are skipped.
-        let mut best = (f32::INFINITY, 0.0);
-        let mut s = 0.0;
+        // A sample from the middle of each long stretch: the lower q is, the more stretches are skipped.
+        let mut s = 0.5 * stretch[0];
         while s < farthest(q, kappa) {
-            let bound = self.bound(0, &line, s, s + stretch[0]);
+            let (column, row, f) = self.wrapped(line.start + s * line.rate);
+            q = q.min(tangent(s, self.cell(column, row).at(f).min(0.0), kappa));
+            s += stretch[0];
+        }
+        // Then the most promising stretch, and all others that can matter.
+        let mut best = (f32::INFINITY, 0.0);
+        s = 0.0;
+        while s < farthest(q, kappa) {
+            let z = self.highest_around(0, &line, s, s + stretch[0]);
+            let bound = lower_bound(z, kappa, s, s + stretch[0]);
             if bound < best.0 {
                 best = (bound, s);
             }
@@ -121,7 +132,8 @@ impl Sweep {
         self.search(&line, best.1, stretch, &mut q);
         s = 0.0;
         while s < farthest(q, kappa) {
-            if s != best.1 && self.bound(0, &line, s, s + stretch[0]) < q {
+            let z = self.highest_around(0, &line, s, s + stretch[0]);
+            if s != best.1 && may_lower(z, kappa, s, s + stretch[0], q) {
                 self.search(&line, s, stretch, &mut q);
             }
             s += stretch[0];
@@ -135,7 +147,7 @@ impl Sweep {
         let mut s = start;
         while s < end {
             let next = s + stretch[1];
-            if self.bound(1, line, s, next) < *q {
+            if may_lower(self.highest_around(1, line, s, next), line.kappa, s, next, *q) {
                 self.search_cells(line, s, next.min(farthest(*q, line.kappa)).max(s), q);
             }
             s = next;
@@ -163,7 +175,7 @@ impl Sweep {
         loop {
             let end = next[0].min(next[1]).min(to).max(s);
             let texels = self.cell(column, row);
-            if lower_bound(texels.highest(), line.kappa, s, end) < *q {
+            if may_lower(texels.highest(), line.kappa, s, end, *q) {
                 texels.lower(line, cell, s, end, q);
             }
             if end >= to {
@@ -196,27 +208,31 @@ impl Sweep {
 
     /// The highest `z` within half a stretch of [`STRETCHES`]`[level]` texels around a point.
     pub(super) fn highest_near(&self, level: usize, uv: Vec2) -> f32 {
-        self.windows[level].lookup(uv - Vec2::new(0.5 / self.width as f32, 0.5 / self.height as f32))
+        self.windows[level].lookup(uv - 0.5 * self.per_texel)
     }
 
-    /// No point of the profile between the arc lengths has a smaller `q`.
+    /// No point of the profile between the arc lengths is higher.
     #[inline]
-    fn bound(&self, level: usize, line: &Line, from: f32, to: f32) -> f32 {
+    fn highest_around(&self, level: usize, line: &Line, from: f32, to: f32) -> f32 {
         let middle = line.start + (0.5 * (from + to)) * line.rate;
-        let z = self.windows[level].lookup(middle / Vec2::new(self.width as f32, self.height as f32));
-        lower_bound(z, line.kappa, from, to)
+        self.windows[level].lookup(middle * self.per_texel)
     }
 
     /// Cell and position in it.
     #[inline]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "wrapped into the grid first")]
     fn wrapped(&self, position: Vec2) -> (usize, usize, Vec2) {
-        let cell = position.floor();
-        let wrap = |x: f32, n: usize| {
-            let n_f = n as f32;
-            ((x - n_f * (x / n_f).floor()) as usize).min(n - 1)
+        let cell = [whole_below(position.x), whole_below(position.y)];
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_possible_wrap,
+            clippy::cast_sign_loss,
+            reason = "a grid's size"
+        )]
+        let wrap = |x: i32, n: usize| {
+            if n.is_power_of_two() { x as usize & (n - 1) } else { x.rem_euclid(n as i32) as usize }
         };
-        (wrap(cell.x, self.width), wrap(cell.y, self.height), position - cell)
+        let inside = position - Vec2::new(cell[0] as f32, cell[1] as f32);
+        (wrap(cell[0], self.width), wrap(cell[1], self.height), inside)
     }
 
     #[inline]
@@ -230,7 +246,9 @@ impl Sweep {
 
 /// Beyond this arc length no height under 0 has a smaller tangent than `q`.
 fn farthest(q: f32, kappa: f32) -> f32 {
-    (2.0 * q.atan() / kappa).min(LONGEST)
+    // The arc tangent is slow, and at most its argument.
+    let far = if q < 0.5 { q } else { q.atan() };
+    (2.0 * far / kappa).min(LONGEST)
 }
 
 /// A lower bound on `q` for heights up to `z` between two arc lengths: `1 / sin a >= 1 / a`, which falls, and
@@ -241,6 +259,22 @@ fn lower_bound(z: f32, kappa: f32, from: f32, to: f32) -> f32 {
     let core = (1.0 + kappa * z).max(1e-3);
     // Scaled down by more than the rounding of both sides.
     (-z / (core * to) + half + half * half * half * (1.0 / 3.0)) * (1.0 - 2e-6)
+}
+
+/// Whether [`lower_bound`] is below `q`, without its division.
+#[inline]
+fn may_lower(z: f32, kappa: f32, from: f32, to: f32, q: f32) -> bool {
+    let half = 0.5 * kappa * from;
+    let core = (1.0 + kappa * z).max(1e-3);
+    -z < (q * (1.0 + 4e-6) - half - half * half * half * (1.0 / 3.0)) * (core * to)
+}
+
+/// The whole number below `x`, for `|x| < 2^31`; the library's is a call on processors without SSE 4.1.
+#[inline]
+#[allow(clippy::cast_possible_truncation, reason = "numbers of texels within 64 tiles")]
+fn whole_below(x: f32) -> i32 {
+    let towards_zero = x as i32;
+    towards_zero - i32::from(x < towards_zero as f32)
 }
 
 /// `q` at a point, by the continued fraction of the tangent: within 1e-6 of it, relative, for `a < pi`.
@@ -336,7 +370,7 @@ impl WindowMaxima {
     #[inline]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "wrapped into the grid first")]
     fn lookup(&self, position: Vec2) -> f32 {
-        let f = position - position.floor();
+        let f = position - Vec2::new(whole_below(position.x) as f32, whole_below(position.y) as f32);
         let index = |f: f32, n: usize| ((f * n as f32) as usize).min(n - 1);
         self.maxima[index(f.y, self.rows) * self.columns + index(f.x, self.columns)]
     }

@@ -58,7 +58,7 @@ fn white_furnace() {
         let transport = lambert(200);
         let mut random = Random::new(2, 2, 2);
         let (mut sum, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for _ in 0..30_000 {
+        for _ in 0..10_000 {
             let uv = Vec2::new(random.unit(), random.unit());
             let wo = viewer(0.7, 0.1 + 0.9 * random.unit());
             let wi = sphere(&mut random);
@@ -68,7 +68,7 @@ fn white_furnace() {
         }
         let mean = sum / count;
         let deviation = ((squares / count - mean * mean) / count).sqrt();
-        assert!(deviation < 0.02 && (mean - 1.0).abs() < 4.0 * deviation, "{kappa}: {mean} +- {deviation}");
+        assert!(deviation < 0.03 && (mean - 1.0).abs() < 4.0 * deviation, "{kappa}: {mean} +- {deviation}");
     }
 }
 
@@ -111,7 +111,7 @@ fn many_bounces_agree_with_paths_that_find_the_light_by_chance() {
     // Lights are drawn from a cone; the other method counts paths into it.
     let least = 0.8_f32;
     let frame = Frame::new(axis);
-    let (mut random, count) = (Random::new(4, 4, 4), 60_000);
+    let (mut random, count) = (Random::new(4, 4, 4), 25_000);
     let transport = lambert(4);
     let mut event = [0.0_f64; 2];
     let mut chance = [0.0_f64; 2];
@@ -147,7 +147,7 @@ fn many_bounces_agree_with_paths_that_find_the_light_by_chance() {
     let n = f64::from(count);
     let [a, b] = [event, chance].map(|[sum, squares]| (sum / n, (squares / n - (sum / n).powi(2)) / n));
     let deviation = (a.1 + b.1).sqrt();
-    assert!((a.0 - b.0).abs() < 4.0 * deviation && deviation < 0.03 * a.0, "{} {} +- {deviation}", a.0, b.0);
+    assert!((a.0 - b.0).abs() < 4.0 * deviation && deviation < 0.04 * a.0, "{} {} +- {deviation}", a.0, b.0);
 }
 
 #[test]
