@@ -24,6 +24,7 @@
 //! | [`samples`] | batches of training samples, and where they come from |
 //! | [`silhouette`] | where grazing rays begin to hit, and its closed forms |
 //! | [`model`] | architectures and parameters of the networks |
+//! | [`train`] | from samples to a model |
 
 pub mod micro;
 pub mod model;
