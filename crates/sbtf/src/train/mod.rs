@@ -5,6 +5,7 @@
 //! the next step are made meanwhile. Textures are seen through a Gaussian blur that shrinks (paper, section 4.4).
 
 mod appearance;
+mod bare_network;
 mod blur;
 mod budget;
 mod checkpoint;
@@ -24,6 +25,7 @@ mod tests;
 mod texture;
 mod trainer;
 
+pub use bare_network::BareNetwork;
 pub use options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision, TrainOptions};
 pub use report::{CurvePoint, Progress, Recovery, Scores, Stage, TrainReport, Trial};
 pub use trainer::{Control, TrainError, resume, train};

@@ -38,28 +38,35 @@ impl Exact {
         }
     }
 
-    /// Blurred features of a texel: the double sum, cut at three sigma.
-    fn texel(&self, x: i64, y: i64) -> Vec<f64> {
+    fn texel(&self, x: i64, y: i64) -> &[f64] {
         let TextureShape { width, height, channels } = self.shape;
-        let at = |x: i64, y: i64| {
-            let (x, y) = (x.rem_euclid(width as i64), y.rem_euclid(height as i64));
-            let first = usize::try_from(y * width as i64 + x).expect("wrapped") * channels;
-            &self.texture[first..first + channels]
-        };
+        let (x, y) = (x.rem_euclid(width as i64), y.rem_euclid(height as i64));
+        let first = usize::try_from(y * width as i64 + x).expect("wrapped") * channels;
+        &self.texture[first..first + channels]
+    }
+
+    /// The module with its features as the network sees them: the double sum, cut at three sigma.
+    fn blurred(&self) -> Self {
         if self.sigma < 0.3 {
-            return at(x, y).to_vec();
+            return self.clone();
         }
         let radius = (3.0 * self.sigma).ceil() as i64;
         let gauss = |k: i64| (-0.5 * (k as f64 / self.sigma).powi(2)).exp();
         let total: f64 = (-radius..=radius).map(gauss).sum();
-        let mut sum = vec![0.0; channels];
-        for dy in -radius..=radius {
-            for dx in -radius..=radius {
+        let mut texture = Vec::new();
+        for (y, x) in
+            (0..self.shape.height as i64).flat_map(|y| (0..self.shape.width as i64).map(move |x| (y, x)))
+        {
+            let mut sum = vec![0.0; self.shape.channels];
+            for (dy, dx) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dy, dx))) {
                 let weight = gauss(dx) * gauss(dy) / (total * total);
-                sum.iter_mut().zip(at(x + dx, y + dy)).for_each(|(sum, texel)| *sum += weight * texel);
+                sum.iter_mut()
+                    .zip(self.texel(x + dx, y + dy))
+                    .for_each(|(sum, texel)| *sum += weight * texel);
             }
+            texture.extend(sum);
         }
-        sum
+        Self { texture, ..self.clone() }
     }
 
     fn features(&self, u: f64, v: f64) -> Vec<f64> {
@@ -115,6 +122,7 @@ fn opacity_loss(
     module: &Exact,
     batch: &OpacityBatch,
 ) -> f64 {
+    let module = module.blurred();
     let silhouette = form.opacity == OpacityHead::Silhouette;
     let (mut sum, mut count) = (0.0, 0);
     for i in 0..batch.len() {
@@ -158,6 +166,7 @@ fn appearance_loss(
     modules: &[Exact; 2],
     batch: &AppearanceBatch,
 ) -> f64 {
+    let modules = [modules[0].blurred(), modules[1].blurred()];
     let mut sum = 0.0;
     for i in 0..batch.len() {
         let (wo, wi) = (direction(&batch.wo, i), direction(&batch.wi, i));
