@@ -19,6 +19,7 @@ mod estimate;
 mod field;
 mod filter;
 mod input;
+mod model_report;
 mod output;
 mod report;
 mod study;
