@@ -21,12 +21,14 @@ mod peak;
 const COUNT: usize = 1 << 14;
 
 /// Queries that all need the opacity network, at random places.
+#[allow(clippy::cast_possible_truncation, reason = "rounded on purpose")]
 fn grazing(count: usize, depth: f32) -> Vec<Query> {
     let fraction = |i: usize, step: f64| (i as f64 * step).fract() as f32;
     let query = |i: usize| {
         let kappa_hat = 0.2 + 2.2 * fraction(i, 0.618_033_988_7);
         let cosine = largest_cosine(kappa_hat, depth) * (0.05 + 0.94 * fraction(i, 0.754_877_666_2));
-        let (sine, angle) = ((1.0 - cosine * cosine).sqrt(), 6.283 * fraction(i, 0.569_840_290_9));
+        let (sine, angle) =
+            ((1.0 - cosine * cosine).sqrt(), std::f32::consts::TAU * fraction(i, 0.569_840_290_9));
         Query {
             uv: Vec2::new(fraction(i, 0.819_172_513_4), fraction(i, 0.671_043_606_7)),
             wo: Vec3::new(sine * angle.cos(), sine * angle.sin(), cosine),

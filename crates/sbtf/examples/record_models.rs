@@ -69,11 +69,12 @@ fn tame(mut model: Model) -> Model {
 }
 
 /// Queries over the whole domain and beyond; every second one is grazing.
+#[allow(clippy::cast_possible_truncation, reason = "rounded on purpose")]
 fn queries(depth: f32) -> Vec<Query> {
     let fraction = |i: usize, step: f64| (i as f64 * step).fract() as f32;
     let query = |i: usize| {
         let kappa_hat = 6.0 * fraction(i, 0.618_033_988_7) - 3.0;
-        let cosine = if i % 2 == 0 { 1.0 } else { largest_cosine(kappa_hat.max(0.3), depth) };
+        let cosine = if i.is_multiple_of(2) { 1.0 } else { largest_cosine(kappa_hat.max(0.3), depth) };
         let cosine = cosine * fraction(i, 0.754_877_666_2);
         let (sine, angle) =
             ((1.0 - cosine * cosine).sqrt(), std::f32::consts::TAU * fraction(i, 0.569_840_290_9));

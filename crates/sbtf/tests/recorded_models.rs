@@ -19,7 +19,7 @@ fn recorded_models_answer_as_recorded() {
         let rows = |key: &str| -> Vec<Vec<f32>> { serde_json::from_value(recorded[key].clone()).unwrap() };
         let (queries, answers) = (rows("queries"), rows("answers"));
         assert!(queries.len() == 150 && answers.iter().filter(|a| a[3] > 0.0).count() > 50, "{name}");
-        let bound = recorded["bound"].as_f64().unwrap() as f32;
+        let bound: f32 = serde_json::from_value(recorded["bound"].clone()).unwrap();
         for instructions in [Instructions::Avx512, Instructions::Avx2, Instructions::Portable] {
             let Some(material) = Material::with_instructions(&file.model, instructions) else { continue };
             for (q, a) in queries.iter().zip(&answers) {

@@ -189,8 +189,8 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
     fn steps(along: &[Row; 2], reach: &Row) -> [Row; 2] {
         let mut step = *along;
         for row in &mut step {
-            for k in 0..BLOCK {
-                row[k] *= reach[k];
+            for (step, reach) in row.iter_mut().zip(reach) {
+                *step *= reach;
             }
         }
         step
@@ -198,11 +198,10 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
 
     #[inline(always)]
     fn azimuths(&self) -> [Row; 2] {
-        let mut along = [[0.0; BLOCK]; 2];
-        for k in 0..BLOCK {
-            let [x, y] = azimuth(self.lanes.wo[0][k], self.lanes.wo[1][k]);
-            along[0][k] = x;
-            along[1][k] = y;
+        let mut along = [self.lanes.wo[0], self.lanes.wo[1]];
+        let [xs, ys] = &mut along;
+        for (x, y) in xs.iter_mut().zip(ys) {
+            [*x, *y] = azimuth(*x, *y);
         }
         along
     }
@@ -258,8 +257,8 @@ fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     work.inputs.0[next..next + 2].copy_from_slice(&direction);
     work.put_curvature(material, next + 2);
     let mut alpha = work.forward(isa, &module.mlp)[0];
-    for k in 0..BLOCK {
-        alpha[k] = material.alpha_of_output(alpha[k], work.lanes.wo[2][k], work.lanes.kappa[k]);
+    for (k, alpha) in alpha.iter_mut().enumerate() {
+        *alpha = material.alpha_of_output(*alpha, work.lanes.wo[2][k], work.lanes.kappa[k]);
     }
     alpha
 }

@@ -1,6 +1,6 @@
 //! [`Random`]: numbers that fits and measurements are made on.
 
-/// SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014).
+/// The `SplitMix64` stream (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014).
 #[derive(Debug)]
 pub(crate) struct Random(pub u64);
 
