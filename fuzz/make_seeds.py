@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import pathlib
 import struct
 import zipfile
@@ -168,5 +169,31 @@ def scene():
     write("scene", "empty", "")
 
 
-for make in (obj, ply, stl, gltf, npz, baked, scene):
+def sbtf():
+    """The recorded models, and small ones of each precision."""
+    for path in sorted((HERE.parent / "tests/data/models").glob("*.sbtf")):
+        write("sbtf", path.stem, path.read_bytes())
+    for dtype, size in (("F32", 4), ("F16", 2), ("U8", 1)):
+        texture = {"width": 2, "height": 1, "channels": 2}
+        form = {"depth": 0.1, "kappa_range": [-1.0, 1.0], "opacity": "silhouette", "offset": "free", "curvature": "given",
+                "opacity_taps": [0.0, 1.0], "offset_taps": [0.0], "opacity_texture": texture, "offset_texture": texture,
+                "colour_texture": texture, "width": 1, "hidden_layers": 1}
+        meta = {"format": "osculate-sbtf", "version": 1, "architecture": form, "provenance": {}, "sampler": {
+            "lobes": ["uniform", {"cosine": {"tilt": 0.5}}, {"mirror": {"sharpness": 9.0}}], "bands": 1, "cells": [1, 1],
+            "weights": [0.25, 0.25, 0.5]}}
+        header, offset = {"__metadata__": {"osculate": json.dumps(meta)}}, 0
+        for module, inputs, outputs in (("opacity", 7, 1), ("offset", 5, 2), ("colour", 8, 3)):
+            tensors = [("texture", dtype, [1, 2, 2], size)]
+            tensors += [(f"texture.{n}", "F32", [2], 4) for n in ("scale", "offset")] if dtype == "U8" else []
+            for layer, shape in enumerate(([1, inputs], [outputs, 1])):
+                tensors += [(f"layers.{layer}.weight", "F32", shape, 4), (f"layers.{layer}.bias", "F32", shape[:1], 4)]
+            for name, kind, shape, width in tensors:
+                end = offset + width * math.prod(shape)
+                header[f"{module}.{name}"] = {"dtype": kind, "shape": shape, "data_offsets": [offset, end]}
+                offset = end
+        text = json.dumps(header, separators=(",", ":")).encode()
+        write("sbtf", f"small_{dtype}", struct.pack("<Q", len(text)) + text + bytes(offset))
+
+
+for make in (obj, ply, stl, gltf, npz, baked, scene, sbtf):
     make()

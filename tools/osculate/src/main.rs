@@ -20,6 +20,7 @@ mod estimate;
 mod field;
 mod filter;
 mod input;
+mod model_report;
 mod neural;
 mod output;
 mod report;

@@ -162,7 +162,11 @@ impl SceneFile {
                     .as_ref()
                     .map(|s| {
                         s.on_mesh(&loaded.mesh, scale, self.curvature.query).ok_or_else(|| {
-                            check.error(&key("material"), &material.name, "has tiles, and the mesh has no UV for them")
+                            check.error(
+                                &key("material"),
+                                &material.name,
+                                "has tiles, and the mesh has no UV for them",
+                            )
                         })
                     })
                     .transpose()?;

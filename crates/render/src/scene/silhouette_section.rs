@@ -83,7 +83,9 @@ impl MaterialSection {
         if let Some(depth) = self.oracle_depth {
             check.range(&key("oracle_depth"), depth, 1e-4, 1.0)?;
             match micro.geometry {
-                Geometry::HeightField(field) => micro.geometry = Geometry::HeightField(field.with_depth(depth)),
+                Geometry::HeightField(field) => {
+                    micro.geometry = Geometry::HeightField(field.with_depth(depth))
+                }
                 Geometry::TileMesh(_) => {
                     return Err(check.error(&key("oracle_depth"), depth, "a mesh has a depth of its own"));
                 }

@@ -34,8 +34,7 @@ pub(super) fn architecture(form: &Architecture) -> Result<(), String> {
     }
     for (name, taps) in [("opacity_taps", &form.opacity_taps), ("offset_taps", &form.offset_taps)] {
         within(&format!("the number of {name}"), taps.len(), MOST_TAPS)?;
-        // NaN is not within either.
-        if let Some(tap) = taps.iter().find(|tap| !(tap.abs() <= FARTHEST_TAP)) {
+        if let Some(tap) = taps.iter().find(|tap| tap.is_nan() || tap.abs() > FARTHEST_TAP) {
             return Err(format!("{name} has {tap}; at most {FARTHEST_TAP}"));
         }
     }

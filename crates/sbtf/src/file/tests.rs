@@ -64,7 +64,7 @@ fn any_safetensors_reader_can_load_it() {
 
 /// Rewrites the header of a file, keeping its data.
 fn with_header(bytes: &[u8], edit: impl Fn(&str) -> String) -> Vec<u8> {
-    let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let length = usize::try_from(u64::from_le_bytes(bytes[..8].try_into().unwrap())).unwrap();
     let header = edit(std::str::from_utf8(&bytes[8..8 + length]).unwrap());
     let mut edited = (header.len() as u64).to_le_bytes().to_vec();
     edited.extend(header.as_bytes());

@@ -4,7 +4,7 @@
 //! that miss do not go on to the colour: both stages gather what is left into full blocks.
 
 use super::kernels::{BLOCK, Buffers, Isa, Row, Rows, Task};
-use super::lane_math::{azimuth, exp_less_one};
+use super::lane_math::{azimuth, exp_less_one, per_lane};
 use super::material::{BatchReport, Material};
 use super::packed_mlp::PackedMlp;
 use super::packed_texture::PackedTexture;
@@ -133,9 +133,9 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
             lanes.kappa[k] = query.kappa_hat;
         }
         for row in &mut lanes.uv {
-            *row = row.map(inside_tile);
+            *row = per_lane(row, inside_tile);
         }
-        lanes.kappa = lanes.kappa.map(|kappa| material.architecture.clamp_curvature(kappa));
+        lanes.kappa = per_lane(&lanes.kappa, |kappa| material.architecture.clamp_curvature(kappa));
     }
 
     /// Fetches features into the rows from `first`; returns the row after them.
@@ -172,7 +172,8 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
     #[inline(always)]
     fn put_curvature(&mut self, material: &Material, row: usize) {
         if material.architecture.curvature_inputs() > 0 {
-            self.inputs.0[row] = self.lanes.kappa.map(|kappa| material.architecture.encode_curvature(kappa));
+            self.inputs.0[row] =
+                per_lane(&self.lanes.kappa, |kappa| material.architecture.encode_curvature(kappa));
         }
     }
 
@@ -186,16 +187,21 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
     /// `azimuth` times `reach`, per lane.
     #[inline(always)]
     fn steps(along: &[Row; 2], reach: &Row) -> [Row; 2] {
-        std::array::from_fn(|axis| std::array::from_fn(|k| along[axis][k] * reach[k]))
+        let mut step = *along;
+        for row in &mut step {
+            for (step, reach) in row.iter_mut().zip(reach) {
+                *step *= reach;
+            }
+        }
+        step
     }
 
     #[inline(always)]
     fn azimuths(&self) -> [Row; 2] {
-        let mut along = [[0.0; BLOCK]; 2];
-        for k in 0..BLOCK {
-            let [x, y] = azimuth(self.lanes.wo[0][k], self.lanes.wo[1][k]);
-            along[0][k] = x;
-            along[1][k] = y;
+        let mut along = [self.lanes.wo[0], self.lanes.wo[1]];
+        let [xs, ys] = &mut along;
+        for (x, y) in xs.iter_mut().zip(ys) {
+            [*x, *y] = azimuth(*x, *y);
         }
         along
     }
@@ -236,7 +242,10 @@ fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let architecture = &material.architecture;
     let along = work.azimuths();
     let step = if architecture.opacity_taps.iter().any(|&fraction| fraction != 0.0) {
-        Work::<INPUTS, WIDTH>::steps(&along, &work.lanes.kappa.map(|kappa| material.opacity_reach(kappa)))
+        Work::<INPUTS, WIDTH>::steps(
+            &along,
+            &per_lane(&work.lanes.kappa, |kappa| material.opacity_reach(kappa)),
+        )
     } else {
         [[0.0; BLOCK]; 2]
     };
@@ -248,8 +257,8 @@ fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     work.inputs.0[next..next + 2].copy_from_slice(&direction);
     work.put_curvature(material, next + 2);
     let mut alpha = work.forward(isa, &module.mlp)[0];
-    for k in 0..BLOCK {
-        alpha[k] = material.alpha_of_output(alpha[k], work.lanes.wo[2][k], work.lanes.kappa[k]);
+    for (k, alpha) in alpha.iter_mut().enumerate() {
+        *alpha = material.alpha_of_output(*alpha, work.lanes.wo[2][k], work.lanes.kappa[k]);
     }
     alpha
 }
@@ -286,7 +295,8 @@ fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let step = if architecture.offset_taps.iter().any(|&fraction| fraction != 0.0) {
         let mut reach = [0.0; BLOCK];
         for (k, reach) in reach.iter_mut().enumerate() {
-            *reach = material.offset_reach(work.lanes.wo.map(|row| row[k]), work.lanes.kappa[k]);
+            let [x, y, z] = &work.lanes.wo;
+            *reach = material.offset_reach([x[k], y[k], z[k]], work.lanes.kappa[k]);
         }
         Work::<INPUTS, WIDTH>::steps(&work.azimuths(), &reach)
     } else {
@@ -326,5 +336,9 @@ fn colours<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     work.inputs.0[next + 3..next + 5].copy_from_slice(&work.lanes.wo[..2]);
     work.put_curvature(material, next + 5);
     let outputs = work.forward(isa, &module.mlp);
-    [outputs[0], outputs[1], outputs[2]].map(|row| row.map(exp_less_one))
+    [
+        per_lane(&outputs[0], exp_less_one),
+        per_lane(&outputs[1], exp_less_one),
+        per_lane(&outputs[2], exp_less_one),
+    ]
 }

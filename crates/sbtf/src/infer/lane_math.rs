@@ -2,7 +2,7 @@
 //!
 //! Each has its definition elsewhere and is tested against it.
 
-use crate::model::{LARGEST_LOG, LONGEST_REACH};
+use crate::model::{LARGEST_LOG, LONGEST_REACH, bounded};
 
 /// [`azimuth`](crate::model::azimuth) of a direction with this x and y.
 #[inline(always)]
@@ -25,8 +25,8 @@ pub(super) fn opacity_reach(kappa: f32, depth: f32) -> f32 {
         -0.001_469_489_2,
         0.000_874_703_65,
     ];
-    let x = (kappa * depth).max(0.0).min(1.0);
-    let ratio = ARC.iter().rev().fold(0.0, |sum, c| sum * x + c);
+    let x = bounded(kappa * depth, 0.0, 1.0);
+    let ratio = polynomial(&ARC, x);
     let angle = (2.0 * x).sqrt() * ratio;
     if angle < kappa * LONGEST_REACH { angle / kappa } else { LONGEST_REACH }
 }
@@ -37,14 +37,37 @@ pub(super) fn opacity_reach(kappa: f32, depth: f32) -> f32 {
 pub(super) fn exp_less_one(x: f32) -> f32 {
     // ln 2 in two parts; the products with the first are exact.
     const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
-    let x = x.max(0.0).min(LARGEST_LOG);
+    let x = bounded(x, 0.0, LARGEST_LOG);
     let n = (x * std::f32::consts::LOG2_E + 0.5).floor();
     let r = (x - n * LN_2[0]) - n * LN_2[1];
     // exp(r) - 1 for |r| <= ln 2 / 2 by its series: the first term left out is 2e-8 of the sum.
-    let series = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0];
-    let part = r * series.iter().fold(0.0, |sum, c| sum * r + c);
+    const SERIES: [f32; 7] = [1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0, 1.0 / 5040.0];
+    let part = r * polynomial(&SERIES, r);
     let power = f32::from_bits(((n as i32 + 127) as u32) << 23);
     power * part + (power - 1.0)
+}
+
+/// A polynomial with these coefficients, the constant first. Iterators would not be inlined into functions compiled for other
+/// instructions.
+#[inline(always)]
+fn polynomial<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
+    let mut sum = coefficients[N - 1];
+    let mut k = N - 1;
+    while k > 0 {
+        k -= 1;
+        sum = sum * x + coefficients[k];
+    }
+    sum
+}
+
+/// A function of every lane. Not `array::map`, which is not inlined into functions compiled for other instructions.
+#[inline(always)]
+pub(super) fn per_lane<const N: usize>(row: &[f32; N], f: impl Fn(f32) -> f32) -> [f32; N] {
+    let mut result = [0.0; N];
+    for k in 0..N {
+        result[k] = f(row[k]);
+    }
+    result
 }
 
 #[cfg(test)]
@@ -58,6 +81,7 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::cast_possible_truncation, reason = "rounded on purpose")]
     fn they_agree_with_their_definitions() {
         for i in 0..=20_000 {
             let t = i as f32 / 20_000.0;

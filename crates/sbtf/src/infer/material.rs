@@ -10,7 +10,7 @@ use super::packed_mlp::PackedMlp;
 use super::packed_texture::PackedTexture;
 use super::rows::{AnswerRows, QueryRows, Sizes, Slices};
 use super::stored::{StoredModel, StoredModule};
-use crate::model::{Architecture, LONGEST_REACH, OpacityHead};
+use crate::model::{Architecture, LONGEST_REACH, OpacityHead, bounded};
 use crate::query::{Answer, Query, SilhouetteBtf};
 use crate::silhouette::{cosine_of_dip, largest_cosine};
 
@@ -201,7 +201,7 @@ impl Material {
     #[inline(always)]
     pub(super) fn known_alpha(&self, cos_o: f32, kappa_hat: f32) -> Option<f32> {
         // NaN too.
-        if !(cos_o > 0.0) {
+        if cos_o.is_nan() || cos_o <= 0.0 {
             return Some(0.0);
         }
         let kappa = self.architecture.clamp_curvature(kappa_hat);
@@ -217,7 +217,7 @@ impl Material {
     /// The opacity from the network's output.
     #[inline(always)]
     pub(super) fn alpha_of_output(&self, output: f32, cos_o: f32, kappa: f32) -> f32 {
-        let output = output.max(0.0).min(1.0);
+        let output = bounded(output, 0.0, 1.0);
         match self.architecture.opacity {
             OpacityHead::Silhouette => {
                 let cosine = cosine_of_dip(output, kappa, self.architecture.depth);
@@ -309,10 +309,10 @@ impl Hit<'_> {
         let (material, inputs) = (self.material, &self.inputs);
         match material.sizes {
             Sizes::Few => {
-                material.simd.run(Colours::<COLOUR_INPUTS, FEW_WIDTH> { material, inputs, wi, rgb })
+                material.simd.run(Colours::<COLOUR_INPUTS, FEW_WIDTH> { material, inputs, wi, rgb });
             }
             Sizes::Many => {
-                material.simd.run(Colours::<COLOUR_INPUTS, MOST_WIDTH> { material, inputs, wi, rgb })
+                material.simd.run(Colours::<COLOUR_INPUTS, MOST_WIDTH> { material, inputs, wi, rgb });
             }
         }
     }

@@ -8,6 +8,7 @@ mod aligned;
 mod block;
 mod kernels;
 mod lane_math;
+mod loss;
 mod material;
 mod one;
 mod packed_mlp;
@@ -16,6 +17,7 @@ mod rows;
 mod stored;
 
 pub use kernels::Instructions;
+pub use loss::ExportLoss;
 pub use material::{BatchReport, Hit, MOST_CHANNELS, MOST_INPUTS, MOST_WIDTH, Material};
 pub use rows::{AnswerRows, QueryRows};
 pub use stored::{Precision, StoredModel, StoredModule, StoredTexture, Texels};

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::kernels::{Buffers, Column, GROUP, Isa, Task};
-use super::lane_math::{azimuth, exp_less_one};
+use super::lane_math::{azimuth, exp_less_one, per_lane};
 use super::material::{Material, PackedModule};
 use super::packed_texture::PackedTexture;
 use crate::model::{OffsetForm, OpacityHead, STEEPEST_RAY, inside_tile};
@@ -21,7 +21,11 @@ pub(super) struct View {
 impl View {
     #[inline(always)]
     pub fn new(material: &Material, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Self {
-        Self { uv: uv.map(inside_tile), wo, kappa: material.architecture.clamp_curvature(kappa_hat) }
+        Self {
+            uv: Vec2::new(inside_tile(uv.x), inside_tile(uv.y)),
+            wo,
+            kappa: material.architecture.clamp_curvature(kappa_hat),
+        }
     }
 }
 
@@ -109,7 +113,7 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for Colours<'_, INPUTS, WIDTH
         for (wi, rgb) in self.wi.iter().zip(self.rgb) {
             inputs.0[module.texture.channels..module.texture.channels + 3].copy_from_slice(&wi.to_array());
             let output = forward::<I, 3, WIDTH>(isa, module, &inputs.0);
-            *rgb = Vec3::from(output.map(exp_less_one));
+            *rgb = Vec3::from(per_lane(&output, exp_less_one));
         }
     }
 }
@@ -138,7 +142,11 @@ fn fetch_taps<I: Isa>(
     taps: &[f32],
     inputs: &mut [f32],
 ) -> usize {
-    taps.iter().fold(0, |next, &fraction| fetch(isa, &module.texture, uv + step * fraction, inputs, next))
+    let mut next = 0;
+    for &fraction in taps {
+        next = fetch(isa, &module.texture, uv + step * fraction, inputs, next);
+    }
+    next
 }
 
 #[inline(always)]
@@ -151,5 +159,7 @@ fn forward<I: Isa, const OUTPUTS: usize, const WIDTH: usize>(
     let (mut odd, mut even) = (Column::<WIDTH>::zeroed(), Column::<WIDTH>::zeroed());
     isa.forward_one(&module.mlp, Buffers { a: inputs, b: &mut odd.0, c: &mut even.0 });
     let outputs = if module.mlp.layers.len() % 2 == 1 { &odd.0 } else { &even.0 };
-    std::array::from_fn(|k| outputs[k])
+    let mut result = [0.0; OUTPUTS];
+    result.copy_from_slice(&outputs[..OUTPUTS]);
+    result
 }

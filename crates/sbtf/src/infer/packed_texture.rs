@@ -30,6 +30,10 @@ pub(super) enum PackedTexels {
     U8(Aligned<u8>),
 }
 
+/// Numbers between neighbouring texels of a group.
+#[allow(clippy::cast_possible_truncation, reason = "it is 8")]
+const GROUP_STEP: u32 = GROUP as u32;
+
 /// Where points lie between texels.
 #[derive(Debug, Clone)]
 pub(super) struct Corners<const N: usize = BLOCK> {
@@ -80,8 +84,8 @@ impl PackedTexture {
             let (column, x) = axis(u[k], self.width);
             let (row, y) = axis(v[k], self.height);
             let above = if row + 1 == self.height { 0 } else { row + 1 };
-            corners.rows[0][k] = (row * pitch + column) * GROUP as u32;
-            corners.rows[1][k] = (above * pitch + column) * GROUP as u32;
+            corners.rows[0][k] = (row * pitch + column) * GROUP_STEP;
+            corners.rows[1][k] = (above * pitch + column) * GROUP_STEP;
             corners.fractions[0][k] = x;
             corners.fractions[1][k] = y;
         }

@@ -50,9 +50,9 @@ impl Source for QueryRows<'_> {
     #[inline(always)]
     fn query(&self, index: usize) -> Query {
         Query {
-            uv: Vec2::from(self.uv.map(|row| row[index])),
-            wo: Vec3::from(self.wo.map(|row| row[index])),
-            wi: Vec3::from(self.wi.map(|row| row[index])),
+            uv: Vec2::new(self.uv[0][index], self.uv[1][index]),
+            wo: Vec3::new(self.wo[0][index], self.wo[1][index], self.wo[2][index]),
+            wi: Vec3::new(self.wi[0][index], self.wi[1][index], self.wi[2][index]),
             kappa_hat: self.kappa_hat[index],
         }
     }

@@ -51,7 +51,7 @@ fn queries(count: usize, depth: f32) -> Vec<Query> {
     let query = |i: usize| {
         let kappa_hat = fraction(i, 0) * 6.0 - 2.5;
         let largest = largest_cosine(kappa_hat.max(0.3), depth);
-        let cosine = fraction(i, 1) * if i % 3 == 0 { 1.1 } else { largest } - 0.05;
+        let cosine = fraction(i, 1) * if i.is_multiple_of(3) { 1.1 } else { largest } - 0.05;
         let (sine, angle) = ((1.0 - cosine * cosine).max(0.0).sqrt(), fraction(i, 2) * 6.3);
         let wi = Vec3::new(fraction(i, 3) - 0.5, fraction(i, 4) - 0.5, fraction(i, 1) - 0.5).normalize();
         Query {

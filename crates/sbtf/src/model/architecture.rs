@@ -154,6 +154,7 @@ impl Architecture {
     /// The curvature as networks see it: odd, steep at 0, within `[-1, 1]` inside the trained range. The square root makes the
     /// distances that grazing rays travel, which go with its inverse, change evenly.
     #[must_use]
+    #[inline]
     pub fn encode_curvature(&self, kappa_hat: f32) -> f32 {
         let largest = self.kappa_range[0].abs().max(self.kappa_range[1].abs());
         (kappa_hat.abs() / largest).sqrt().copysign(kappa_hat)
@@ -161,6 +162,7 @@ impl Architecture {
 
     /// Number of curvature inputs, 0 or 1.
     #[must_use]
+    #[inline]
     pub fn curvature_inputs(&self) -> usize {
         usize::from(self.curvature == CurvatureInput::Given)
     }

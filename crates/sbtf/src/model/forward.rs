@@ -11,6 +11,14 @@ use crate::silhouette::{cosine_of_dip, largest_cosine};
 /// Largest output of the colour network that counts: beyond it `exp` leaves f32.
 pub const LARGEST_LOG: f32 = 88.0;
 
+/// `x` in `[low, high]`; NaN becomes `low`, where `clamp` would keep it.
+#[must_use]
+#[inline(always)]
+#[allow(clippy::manual_clamp, reason = "for NaN")]
+pub fn bounded(x: f32, low: f32, high: f32) -> f32 {
+    x.max(low).min(high)
+}
+
 /// The position inside a tile, in `[0, 1]`; 0 for what is not finite.
 ///
 /// f32 keeps it to 2^-24 of the distance from the origin: at tile 1e6, to 1/16.
@@ -87,7 +95,7 @@ impl Model {
         inputs.extend([wi.x, wi.y, wi.z, wo.x, wo.y]);
         self.push_curvature(&mut inputs, kappa_hat);
         let output = self.colour.mlp.forward(&inputs);
-        Vec3::from_slice(&output).map(|x| x.max(0.0).min(LARGEST_LOG).exp_m1())
+        Vec3::from_slice(&output).map(|x| bounded(x, 0.0, LARGEST_LOG).exp_m1())
     }
 
     fn push_curvature(&self, inputs: &mut Vec<f32>, kappa_hat: f32) {
@@ -139,10 +147,10 @@ impl SilhouetteBtf for Model {
         let output = module.mlp.forward(&inputs)[0];
         match architecture.opacity {
             OpacityHead::Silhouette => {
-                let cosine = cosine_of_dip(output.max(0.0).min(1.0), kappa_hat, architecture.depth);
+                let cosine = cosine_of_dip(bounded(output, 0.0, 1.0), kappa_hat, architecture.depth);
                 f32::from(u8::from(wo.z >= cosine))
             }
-            OpacityHead::Direct | OpacityHead::Opaque => output.max(0.0).min(1.0),
+            OpacityHead::Direct | OpacityHead::Opaque => bounded(output, 0.0, 1.0),
         }
     }
 }

@@ -19,6 +19,7 @@ pub fn azimuth(wo: Vec3) -> Vec2 {
 impl Architecture {
     /// The nearest curvature inside the trained range; NaN becomes its low end.
     #[must_use]
+    #[inline]
     pub fn clamp_curvature(&self, kappa_hat: f32) -> f32 {
         kappa_hat.max(self.kappa_range[0]).min(self.kappa_range[1])
     }

@@ -10,6 +10,6 @@ mod parameters;
 mod untrained;
 
 pub use architecture::{Architecture, CurvatureInput, LONGEST_REACH, OffsetForm, OpacityHead, TextureShape};
-pub use forward::{LARGEST_LOG, inside_tile};
+pub use forward::{LARGEST_LOG, bounded, inside_tile};
 pub use inputs::{STEEPEST_RAY, azimuth};
 pub use parameters::{FeatureTexture, Layer, Mlp, Model, Module};

@@ -120,7 +120,10 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
     reporter.write("eval", 1, &Report { microstructure: micro.name, models })?;
     Ok(match args.require {
         Some(bound) if left > bound => {
-            console.result(format_args!("over the bound: {} of the base error is left, {bound} allowed", number(left)));
+            console.result(format_args!(
+                "over the bound: {} of the base error is left, {bound} allowed",
+                number(left)
+            ));
             Outcome::CheckFailed
         }
         _ => Outcome::Done,
@@ -141,7 +144,9 @@ fn microstructure(args: &EvalArgs, files: &[ModelFile], console: &Console) -> Re
     let micro = load_micro(&name, None, console)
         .with_context(|| format!("{}: its microstructure", args.models[0].display()))?;
     let micro = match depth {
-        Some(depth) if (depth - micro.geometry.depth()).abs() > 1e-6 => load_micro(&name, Some(depth), console)?,
+        Some(depth) if (depth - micro.geometry.depth()).abs() > 1e-6 => {
+            load_micro(&name, Some(depth), console)?
+        }
         _ => micro,
     };
     let hash = micro.hash();

@@ -8,6 +8,7 @@ use osculate_geom::bake::{Facing, NormalSource, Provenance};
 use osculate_geom::inspect::{CurvatureReport, MeshReport, Range};
 use osculate_geom::mesh::Weld;
 use osculate_geom::reference::ReferenceFile;
+use osculate_sbtf::file::ModelFile;
 use serde::Serialize;
 
 use crate::cli::Outcome;
@@ -15,18 +16,20 @@ use crate::console::{Console, count, number};
 use crate::estimate::describe;
 use crate::filter::describe_walk;
 use crate::input::{self, Input};
+use crate::model_report::ModelReport;
 use crate::output::extension;
 use crate::report::Reporter;
 
-/// Show what is inside a mesh, a baked mesh or a recorded reference.
+/// Show what is inside a mesh, a baked mesh, a recorded reference or a model.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   osculate inspect cow.glb
   osculate inspect scan.ply --json - | jq .mesh.boundary_edges
-  osculate inspect tests/data/reference/spot.npz")]
+  osculate inspect tests/data/reference/spot.npz
+  osculate inspect tests/data/models/taps.sbtf")]
 pub struct InspectArgs {
-    /// .obj, .ply, .stl, .gltf, .glb or .npz
+    /// .obj, .ply, .stl, .gltf, .glb, .npz or .sbtf
     #[arg(value_name = "FILE")]
     file: PathBuf,
 }
@@ -43,6 +46,8 @@ struct Report {
     provenance: Option<Provenance>,
     #[serde(skip_serializing_if = "Option::is_none")]
     reference: Option<ReferenceReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<ModelReport>,
 }
 
 #[derive(Serialize)]
@@ -51,6 +56,7 @@ enum Kind {
     Mesh,
     BakedMesh,
     Reference,
+    Model,
 }
 
 #[derive(Serialize)]
@@ -86,13 +92,28 @@ pub fn run(args: &InspectArgs, console: &Console, reporter: &Reporter) -> Result
     if let Some(reference) = &report.reference {
         print_reference(reference, console);
     }
+    if let Some(model) = &report.model {
+        model.print(console);
+    }
     reporter.write("inspect", 1, &report)?;
     Ok(Outcome::Done)
 }
 
 fn examine(path: &Path, console: &Console) -> Result<Report> {
     let file = path.display().to_string();
-    let empty = |kind| Report { file, kind, mesh: None, curvature: None, provenance: None, reference: None };
+    let empty = |kind| Report {
+        file,
+        kind,
+        mesh: None,
+        curvature: None,
+        provenance: None,
+        reference: None,
+        model: None,
+    };
+    if extension(path) == "sbtf" {
+        let model = ModelReport::new(ModelFile::read(path)?);
+        return Ok(Report { model: Some(model), ..empty(Kind::Model) });
+    }
     if extension(path) == "npz" {
         let reference = ReferenceFile::read(path).with_context(|| path.display().to_string())?;
         return Ok(Report { reference: Some(reference_report(reference)), ..empty(Kind::Reference) });

@@ -218,7 +218,8 @@ fn stop_rule(args: &RenderArgs) -> StopRule {
 fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scene> {
     let path = &args.input;
     if output::extension(path) != "toml" {
-        let (filter, walk) = (args.filter.map_or_else(FilterKind::default, FilterKind::from), args.length.walk());
+        let (filter, walk) =
+            (args.filter.map_or_else(FilterKind::default, FilterKind::from), args.length.walk());
         let request = LoadRequest { source: MeshSource::File(path), shell: None, filter };
         let LoadedMesh { mesh, curvature, field } = load_mesh(&request, args, content, walk, console)?;
         let object = MeshInstance { curvature, field, ..MeshInstance::new(mesh) };
@@ -269,9 +270,7 @@ fn load_mesh(
     };
     let (mesh, curvature) = match input {
         Input::Baked(_) if args.estimate.is_given() => {
-            bail!(
-                "{shown}: is baked already, so --method and its like have no effect; leave them out"
-            )
+            bail!("{shown}: is baked already, so --method and its like have no effect; leave them out")
         }
         Input::Baked(baked) => {
             let field = if needs_filter {
@@ -286,8 +285,7 @@ fn load_mesh(
         Input::Raw(mesh) => {
             let _step = console.step("estimating curvature");
             let surface = Surface::new(&mesh, options.weld);
-            let curvature =
-                estimate(&surface, &options.curvature).with_context(|| shown.clone())?;
+            let curvature = estimate(&surface, &options.curvature).with_context(|| shown.clone())?;
             let curvature = surface.spread(curvature);
             drop(surface);
             (mesh, Some(curvature))

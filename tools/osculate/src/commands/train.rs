@@ -136,7 +136,11 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
     check(args)?;
     let micro = load_micro(&args.micro, args.depth, console)?;
     let form = architecture(args, &micro)?;
-    let data = DatasetOptions { kappa_range: flat_if_neumip(args.form, form.kappa_range), seed: args.seed, ..Default::default() };
+    let data = DatasetOptions {
+        kappa_range: flat_if_neumip(args.form, form.kappa_range),
+        seed: args.seed,
+        ..Default::default()
+    };
     let source = {
         let _step = console.step("preparing the microstructure");
         PatchDataset::new(&micro, data).with_context(|| args.micro.clone())?
@@ -166,8 +170,10 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
     };
     let bytes = write(args, &micro, &model, &options, &summary, console)?;
     if let Some(path) = &args.curve {
-        osculate_geom::write_atomically(path, |file| std::io::Write::write_all(file, curve_plot(&report).svg().as_bytes()))
-            .with_context(|| path.display().to_string())?;
+        osculate_geom::write_atomically(path, |file| {
+            std::io::Write::write_all(file, curve_plot(&report).svg().as_bytes())
+        })
+        .with_context(|| path.display().to_string())?;
     }
     // Only now is it of no more use.
     std::fs::remove_file(&checkpoint).ok();
@@ -176,7 +182,14 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
     reporter.write(
         "train",
         1,
-        &Report { microstructure: &micro.name, output, bytes, options: &options, scores: summary, report: &report },
+        &Report {
+            microstructure: &micro.name,
+            output,
+            bytes,
+            options: &options,
+            scores: summary,
+            report: &report,
+        },
     )?;
     Ok(Outcome::Done)
 }
@@ -262,8 +275,11 @@ fn write(
     let stored = StoredModel::new(model, args.precision.into());
     let material = Material::new(&stored);
     let sampler = fit(&material, &FitOptions::new(model.architecture.kappa_range)).sampler;
-    let microstructure =
-        MicrostructureSource { name: micro.name.clone(), sha256: micro.hash(), depth: micro.geometry.depth() };
+    let microstructure = MicrostructureSource {
+        name: micro.name.clone(),
+        sha256: micro.hash(),
+        depth: micro.geometry.depth(),
+    };
     let provenance = Provenance {
         tool: concat!("osculate ", env!("CARGO_PKG_VERSION")).to_owned(),
         seed: options.seed,
@@ -298,12 +314,22 @@ fn print(args: &TrainArgs, bytes: u64, summary: &Summary, report: &TrainReport, 
         ));
     }
     let megabytes = bytes as f64 / 1e6;
-    console.result(format_args!("wrote {} ({megabytes:.1} MB) in {:.0} s", args.output.display(), summary.seconds));
+    console.result(format_args!(
+        "wrote {} ({megabytes:.1} MB) in {:.0} s",
+        args.output.display(),
+        summary.seconds
+    ));
     if let Some(scores) = summary.opacity {
-        console.result(format_args!("  share of the silhouette's error left, held-out: {}", number(scores.error)));
+        console.result(format_args!(
+            "  share of the silhouette's error left, held-out: {}",
+            number(scores.error)
+        ));
     }
     if let Some(scores) = summary.appearance {
-        console.result(format_args!("  rms of ln(1 + rgb), held-out, with the samples' noise: {}", number(scores.error)));
+        console.result(format_args!(
+            "  rms of ln(1 + rgb), held-out, with the samples' noise: {}",
+            number(scores.error)
+        ));
     }
     console.result(format_args!("  next: osculate eval {}", args.output.display()));
 }

@@ -7,18 +7,24 @@ use crate::study::plot::{Line, Mark, Plot, Point, Series};
 
 /// Held-out errors and losses of both parts over their steps, on logarithmic axes.
 pub fn curve_plot(report: &TrainReport) -> Plot {
-    let series = |name: &str, colour: usize, line: Line, stage: Stage, value: fn(&CurvePoint) -> f64| Series {
-        name: name.to_owned(),
-        colour,
-        mark: Mark::None,
-        line,
-        points: report
-            .curve
-            .iter()
-            .filter(|point| point.stage == stage)
-            .map(|point| Point { x: point.step as f64, y: value(point), hint: String::new(), label: None })
-            .collect(),
-    };
+    let series =
+        |name: &str, colour: usize, line: Line, stage: Stage, value: fn(&CurvePoint) -> f64| Series {
+            name: name.to_owned(),
+            colour,
+            mark: Mark::None,
+            line,
+            points: report
+                .curve
+                .iter()
+                .filter(|point| point.stage == stage)
+                .map(|point| Point {
+                    x: point.step as f64,
+                    y: value(point),
+                    hint: String::new(),
+                    label: None,
+                })
+                .collect(),
+        };
     let held_out: fn(&CurvePoint) -> f64 = |point| point.held_out.error;
     let loss: fn(&CurvePoint) -> f64 = |point| point.loss;
     Plot {

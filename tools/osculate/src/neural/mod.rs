@@ -16,10 +16,15 @@ pub fn load_micro(name: &str, depth: Option<f32>, console: &Console) -> Result<M
     }
     let mut micro = imported.micro;
     let Some(depth) = depth else { return Ok(micro) };
-    anyhow::ensure!(depth.is_finite() && depth > 0.0 && depth <= 1.0, "--depth {depth}: must be over 0 and at most 1 tile");
+    anyhow::ensure!(
+        depth.is_finite() && depth > 0.0 && depth <= 1.0,
+        "--depth {depth}: must be over 0 and at most 1 tile"
+    );
     match micro.geometry {
         Geometry::HeightField(field) => micro.geometry = Geometry::HeightField(field.with_depth(depth)),
-        Geometry::TileMesh(_) => anyhow::bail!("--depth {depth}: {name} is a mesh, whose depth is its own; leave it out"),
+        Geometry::TileMesh(_) => {
+            anyhow::bail!("--depth {depth}: {name} is a mesh, whose depth is its own; leave it out")
+        }
     }
     Ok(micro)
 }

@@ -62,6 +62,7 @@ impl Isa for Portable {
 
     #[inline(always)]
     fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]) {
+        #[allow(clippy::needless_range_loop, reason = "the rows are columns here")]
         for query in 0..BLOCK {
             fetch(texture, corners, query, |channel, feature| rows[channel][query] = feature);
         }

@@ -186,6 +186,7 @@ unsafe fn column<V: Vector, const N: usize>(
         for input in even..layer.inputs {
             add(&mut sums[input - even], input);
         }
+        #[allow(clippy::needless_range_loop, reason = "four arrays side by side")]
         for k in 0..N {
             let sum = sums[0][k].add(sums[1][k]).add(sums[2][k].add(sums[3][k]));
             let sum = if rectified { sum.rectified() } else { sum };
