@@ -120,6 +120,39 @@ fn error_estimate_covers_the_error() {
 }
 
 #[test]
+fn rounding_that_hides_a_curvature_is_stated() {
+    // At a height of 1e7 a unit in the last place is 1.9e-9, and so coordinates that bend by less are those of a plane: its fits leave
+    // no residual, and only the position says what may be missing.
+    let kappa = 1e-10;
+    let height = |x: f64, y: f64| 1e7 + 0.5 * kappa * (x * x + y * y);
+    let mesh = shapes::grid(6, 6, [shapes::Ends::Open; 2], |u, v| {
+        let (x, y) = (6.0 * u - 3.0, 6.0 * v - 3.0);
+        Vec3::new(x, y, height(x, y))
+    });
+    assert!(mesh.positions().iter().all(|p| (p.z - 1e7).abs() < f64::MIN_POSITIVE), "not hidden");
+    for method in Method::ALL.into_iter().filter(|m| *m != Method::Libigl) {
+        let options = CurvatureOptions { method, ..Default::default() };
+        for e in estimate(&Surface::new(&mesh, Weld::Exact), &options).expect("valid options") {
+            let found = e.principal.expect("an estimate");
+            // The grid bowls: curvature is -kappa seen from above.
+            let off = (found.kappa_max + kappa).abs().max((found.kappa_min + kappa).abs());
+            assert!(off <= e.error, "{method:?}: {off:e} stated as {:e}", e.error);
+        }
+    }
+}
+
+#[test]
+fn a_plane_meets_any_tolerance() {
+    // Turned, so that rounding leaves it a curvature to be relative to.
+    let turn = nalgebra::Rotation3::from_euler_angles(0.4, 0.3, 0.2);
+    let mesh = shapes::grid(16, 16, [shapes::Ends::Open; 2], |u, v| turn * Vec3::new(u, v, 0.0));
+    let options = CurvatureOptions { tolerance: 1e-6, ..Default::default() };
+    for e in estimate(&Surface::new(&mesh, Weld::Exact), &options).expect("valid options") {
+        assert!(matches!(e.status, Status::Ok | Status::Boundary), "{e:?}");
+    }
+}
+
+#[test]
 fn gauss_bonnet_of_the_estimates() {
     // The integral of kappa_max kappa_min over a closed surface is 2 pi times its Euler characteristic; what is missing
     // falls with the square of the edge length.
