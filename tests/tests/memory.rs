@@ -39,6 +39,7 @@ fn estimate_takes_at_most_200_bytes_a_vertex() {
 
 /// From 100 to 500 thousand vertices (two million give the same figures, and take four times as long; `osculate study curvature
 /// --part growth` goes that far). Neighbourhoods are small, for speed: how far a walk goes is nothing beside these meshes.
+#[expect(clippy::print_stdout, reason = "these are the figures that the documents quote")]
 fn memory_grows_in_proportion() {
     let large = shapes::torus(1.0, 0.4, 1118, 448);
     let small = shapes::torus(1.0, 0.4, 500, 200);
