@@ -3,3 +3,5 @@
 
 pub mod broken_files;
 pub mod hard_cases;
+pub mod samples;
+pub mod surfaces;

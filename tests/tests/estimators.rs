@@ -1,11 +1,12 @@
 //! What `algebraic` and `normals` promise, on shapes whose curvature is known.
 
 use osculate_geom::curvature::{
-    CurvatureOptions, Method, Neighbourhood, OptionsError, Status, VertexCurvature, estimate,
+    CurvatureOptions, Method, Neighbourhood, OptionsError, Status, VertexCurvature,
 };
-use osculate_geom::mesh::{Surface, Weld};
-use osculate_geom::shapes::study::{StudyShape, add_noise};
+use osculate_geom::shapes::study::StudyShape;
 use osculate_geom::{Mesh, Vec3, shapes};
+use osculate_tests::samples::{covered, geometric_mean, quantile, run, samples};
+use osculate_tests::surfaces::surfaces;
 
 const METHODS: [Method; 2] = [Method::Algebraic, Method::Normals];
 
@@ -13,51 +14,36 @@ fn options(method: Method) -> CurvatureOptions {
     CurvatureOptions { method, ..Default::default() }
 }
 
-fn run(mesh: &Mesh, options: &CurvatureOptions) -> Vec<VertexCurvature> {
-    estimate(&Surface::new(mesh, Weld::Off), options).expect("valid options")
-}
-
-fn quantile(mut values: Vec<f64>, percent: usize) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[(values.len() - 1) * percent / 100]
-}
-
-/// Error of the worse curvature and stated error at every vertex, relative to the shape's radius.
-fn errors(shape: StudyShape, noise: f64, method: Method) -> Vec<[f64; 2]> {
-    let clean = shape.mesh(10_000, 11);
-    let estimates = run(&add_noise(&clean, noise, 12), &options(method));
-    let error = |(point, estimate): (&Vec3, VertexCurvature)| {
-        let exact = shape.exact(point);
-        // No estimate counts as infinitely wrong, whatever its bar says: quantiles must not gain by it.
-        let Some(found) = estimate.principal else { return [f64::INFINITY, 0.0] };
-        let error = (found.kappa_max - exact.kappa_max).abs().max((found.kappa_min - exact.kappa_min).abs());
-        assert!(estimate.error.is_finite() && estimate.error > 0.0, "{estimate:?}");
-        [error * shape.radius(), estimate.error * shape.radius()]
-    };
-    std::iter::zip(clean.positions(), estimates).map(error).collect()
-}
+/// Seeds of mesh and noise. The constants of both estimators were chosen on the first two; the others are fresh.
+const SEEDS: [[u64; 2]; 2] = [[11, 12], [4711, 815]];
 
 /// Bounds of the median and the 95 % quantile over all shapes (geometric means; the sphere, which `normals` has exactly, is
 /// left out), and of the share of vertices whose stated error holds. Margins over what was measured: a tenth of an error, 0.02 of a share.
 #[test]
 fn errors_stay_within_what_was_measured() {
-    for (method, noise, bounds, covered) in CASES {
-        let (mut logs, mut least, mut count) = ([0.0; 2], 1.0_f64, 0.0);
-        for shape in StudyShape::ALL {
-            let pairs = errors(shape, noise, method);
-            let found = [50, 95].map(|percent| quantile(pairs.iter().map(|p| p[0]).collect(), percent));
-            let share = pairs.iter().filter(|p| p[0] <= p[1]).count() as f64 / pairs.len() as f64;
-            println!("{method:?} {noise:4} {:14} {:.5} {:.5} {share:.3}", shape.name(), found[0], found[1]);
-            least = least.min(share);
-            if shape != StudyShape::Sphere {
-                logs = [logs[0] + found[0].ln(), logs[1] + found[1].ln()];
-                count += 1.0;
+    for (method, noise, bounds, least_covered) in CASES {
+        for seeds in SEEDS {
+            let (mut errors, mut least) = ([vec![], vec![]], 1.0_f64);
+            for shape in StudyShape::ALL {
+                let samples = samples(shape, 10_000, seeds, noise, &options(method));
+                let found = [50, 95].map(|percent| quantile(samples.iter().map(|s| s.error), percent));
+                let share = covered(&samples);
+                println!(
+                    "{method:?} {noise:4} {:14} {:.5} {:.5} {share:.3}",
+                    shape.name(),
+                    found[0],
+                    found[1]
+                );
+                least = least.min(share);
+                if shape != StudyShape::Sphere {
+                    std::iter::zip(&mut errors, found).for_each(|(all, error)| all.push(error));
+                }
             }
+            let means = errors.map(|errors| geometric_mean(&errors));
+            println!("{method:?} {noise:4} {seeds:?} mean {means:.5?}, least coverage {least:.3}");
+            assert!(means[0] < bounds[0] && means[1] < bounds[1], "{method:?}, noise {noise}: {means:?}");
+            assert!(least > least_covered, "{method:?}, noise {noise}: covered at {least}");
         }
-        let means = logs.map(|log: f64| (log / count).exp());
-        println!("{method:?} {noise:4} mean {means:?}, least coverage {least:.3}");
-        assert!(means[0] < bounds[0] && means[1] < bounds[1], "{method:?}, noise {noise}: {means:?}");
-        assert!(least > covered, "{method:?}, noise {noise}: covered at {least}");
     }
 }
 
@@ -74,11 +60,45 @@ const CASES: [(Method, f64, [f64; 2], f64); 5] = [
 fn noise_is_what_algebraic_is_for() {
     // Each at its default: 8 rings against 2. It shows that the default is one for noise, not which model is better.
     for shape in StudyShape::ALL {
-        let median = |method| quantile(errors(shape, 0.2, method).iter().map(|p| p[0]).collect(), 50);
+        let median = |method| {
+            quantile(samples(shape, 10_000, SEEDS[1], 0.2, &options(method)).iter().map(|s| s.error), 50)
+        };
         let (ours, quadric) = (median(Method::Algebraic), median(Method::Quadric));
         assert!(ours < 0.25 * quadric, "{}: {ours} {quadric}", shape.name());
     }
 }
+
+/// Least share of the vertices whose stated error holds, on surfaces that no constant was chosen on.
+#[test]
+fn stated_errors_hold_on_fresh_shapes() {
+    for (method, noise, least) in FRESH {
+        for (name, clean, exact) in surfaces(80, 5) {
+            let noisy = shapes::study::add_noise(&clean, noise, 77);
+            let estimates = std::iter::zip(clean.positions(), run(&noisy, &options(method)));
+            let pairs: Vec<[f64; 2]> = estimates
+                .map(|(point, e)| {
+                    let [max, min] = exact(point);
+                    let Some(found) = e.principal else { return [f64::INFINITY, 0.0] };
+                    [(found.kappa_max - max).abs().max((found.kappa_min - min).abs()), e.error]
+                })
+                .collect();
+            let found = [50, 95].map(|percent| quantile(pairs.iter().map(|p| p[0]), percent));
+            let share = pairs.iter().filter(|p| p[0] <= p[1]).count() as f64 / pairs.len() as f64;
+            println!("{method:?} {noise:4} {name:18} {:.5} {:.5} {share:.3}", found[0], found[1]);
+            assert!(share > least, "{method:?}, noise {noise}, {name}: covered at {share}");
+        }
+    }
+}
+
+/// Method, noise in mean edges, least coverage of any of these shapes: 0.02 below what was measured. Worst is the irregular saddle.
+const FRESH: [(Method, f64, f64); 6] = [
+    (Method::Algebraic, 0.0, 0.84),
+    (Method::Algebraic, 0.01, 0.9),
+    (Method::Algebraic, 0.2, 0.96),
+    (Method::Normals, 0.0, 0.83),
+    (Method::Normals, 0.01, 0.86),
+    (Method::Normals, 0.2, 0.87),
+];
 
 #[test]
 fn unit_sphere_is_plus_one() {
@@ -90,25 +110,6 @@ fn unit_sphere_is_plus_one() {
             assert!(error < bound, "{method:?}: {found:?}");
             assert_eq!(estimate.status, Status::Ok);
         }
-    }
-}
-
-fn torus_error(method: Method, n: usize) -> f64 {
-    let mesh = shapes::torus(1.0, 0.4, 5 * n / 2, n);
-    let errors = std::iter::zip(mesh.positions(), run(&mesh, &options(method))).map(|(p, e)| {
-        let found = e.principal.expect("an estimate");
-        let radius = p.x.hypot(p.z);
-        (found.kappa_max - 2.5).abs().max((found.kappa_min - (radius - 1.0) / 0.4 / radius).abs())
-    });
-    quantile(errors.collect(), 50)
-}
-
-#[test]
-fn error_falls_with_the_square_of_the_edge_length() {
-    for method in METHODS {
-        let (coarse, fine) = (torus_error(method, 80), torus_error(method, 160));
-        let order = (coarse / fine).log2();
-        assert!((order - 2.0).abs() < 0.3, "{method:?}: order {order}, {coarse:e} {fine:e}");
     }
 }
 

@@ -31,6 +31,21 @@ fn bakes_a_mesh_and_reports_it() {
 }
 
 #[test]
+fn what_is_over_the_tolerance_is_explained() {
+    let w = Workspace::new();
+    // An icosahedron has nothing to tell an error bar from.
+    w.write_obj("coarse.obj", &shapes::icosphere(1.0, 1));
+    let run = w.ok("bake coarse.obj -o out.glb --tolerance 0.001 --json report.json");
+    assert!(run.stdout.contains("tolerance  0.1 % of the curvature is not reached at "), "{run:?}");
+    assert!(run.stdout.contains(" of 42 vertices: there the stated error is "), "{run:?}");
+    let over = &w.json("report.json")["over_tolerance"];
+    assert!(over["vertices"].as_u64().unwrap() > 0 && over["error_over_curvature"].as_f64().unwrap() > 0.001);
+    let run = w.ok("bake coarse.obj -o out.glb --tolerance 1e6 --json report.json");
+    assert!(!run.stdout.contains("not reached"), "{run:?}");
+    assert!(w.json("report.json")["over_tolerance"].is_null());
+}
+
+#[test]
 fn json_on_standard_output_is_alone_there() {
     let w = Workspace::new();
     w.write_obj("ball.obj", &shapes::icosphere(1.0, 2));

@@ -62,6 +62,30 @@ fn quick_study_writes_page_table_and_plots() {
 }
 
 #[test]
+fn growth_alone_is_fitted_per_method() {
+    let w = Workspace::new();
+    w.ok("study curvature -o out --quick --part growth --json report.json");
+    let report = w.json("report.json");
+    assert!(report["rows"].as_array().unwrap().iter().all(|row| row["purpose"] == "scaling"));
+    let growth = report["growth"].as_array().unwrap();
+    let methods: Vec<&str> = growth.iter().map(|law| law["method"].as_str().unwrap()).collect();
+    assert_eq!(methods, ["libigl", "quadric", "jet", "algebraic", "normals", "auto"]);
+    for law in growth {
+        assert_eq!((law["meshes"].as_u64(), law["most_vertices"].as_u64()), (Some(3), Some(2000)));
+        assert!(law["seconds"].is_number() && law["seconds_all_threads"].is_number(), "{law}");
+        // What does not depend on the size counts on meshes this small, so less than in proportion; never more.
+        let bytes = law["bytes"].as_f64().unwrap();
+        assert!((0.3..1.05).contains(&bytes), "{law}");
+    }
+    assert_eq!(String::from_utf8(w.read("out/growth.csv")).unwrap().lines().count(), 7);
+    let page = String::from_utf8(w.read("out/index.html")).unwrap();
+    assert!(page.contains("Growth from 500 to 2000 vertices") && !page.contains("Which setting to take"));
+    w.ok("study curvature -o errors --quick --vertices 300 --part accuracy --json report.json");
+    assert_eq!(w.json("report.json")["growth"], serde_json::json!([]));
+    assert!(!w.path("errors/growth.csv").exists());
+}
+
+#[test]
 fn errors_depend_on_the_seed_and_on_nothing_else() {
     let w = Workspace::new();
     w.ok("study curvature -o a --quick --vertices 300 --threads 1");

@@ -10,9 +10,10 @@
 //!
 //! Two things differ from the paper. The sums run over rings, which do not fill a ball, and over irregular points: then the
 //! mean position `S_p / S_w` does not follow the point of evaluation one to one, and the differential of `u_l` comes out too
-//! small. So it is taken by the mean position instead: times the inverse of `d(S_p / S_w)` in the tangent plane. That makes it
-//! exact for every normal field that is linear in the plane, whatever the points, at a boundary too. And the point of evaluation is
-//! the vertex itself, not its projection onto the sphere.
+//! small. So it is taken by the mean position instead: times the inverse of `d(S_p / S_w)` in the tangent plane. For a normal field
+//! that is linear in the plane that is exact where neighbours lie symmetrically, and where the field is that of a sphere, whatever the points. A
+//! saddle seen from one side, as at a boundary, comes out a fifth off. And the point of evaluation is the vertex itself, not its
+//! projection onto the sphere.
 //!
 //! The neighbourhood is one on the surface, and neighbours that face away weigh nothing, so that sheets that lie on each
 //! other do not mix. (They still count as members of a neighbourhood by number, which then sees fewer on this side.)
@@ -228,5 +229,41 @@ impl Sums {
         let (ct, cs) = ((lt * d - ls * c) / det, (ls * a - lt * b) / det);
         let differential = ct * t.transpose() + cs * s.transpose() + Mat3::identity() * (2.0 * quadratic);
         Some(Operator { gradient: linear, differential })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Irregular points of the plane `z = 0` whose normals are `z + A p`; how far the operator is from `A`.
+    fn off(a: [f64; 3], points: impl Fn(f64, f64) -> Vec<Vec3>) -> f64 {
+        let [xx, xy, yy] = a;
+        let field = |p: &Vec3| Vec3::new(xx * p.x + xy * p.y, xy * p.x + yy * p.y, 1.0);
+        let mut cloud = Cloud::default();
+        cloud.reserve(100);
+        cloud.push(&Vec3::zeros(), &Vec3::z(), 0.0);
+        for i in 0..40 {
+            let t = f64::from(i);
+            for p in points((12.9898 * t).sin(), (78.233 * t).cos()) {
+                cloud.push(&p, &field(&p), p.norm_squared());
+            }
+        }
+        let found = shape_operator(&cloud, cloud.len(), &Vec3::z(), 1.0).unwrap();
+        let tensor = found.differential / found.gradient.z;
+        let expected = [[xx, xy], [xy, yy]];
+        let entries = (0..2).flat_map(|i| (0..2).map(move |j| (i, j)));
+        entries.map(|(i, j)| (tensor[(i, j)] - expected[i][j]).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn linear_fields_of_normals_are_exact_where_the_document_says_so() {
+        let one_sided = |x: f64, y: f64| vec![Vec3::new(x.abs(), y, 0.0)];
+        let symmetric = |x: f64, y: f64| vec![Vec3::new(x, y, 0.0), Vec3::new(-x, -y, 0.0)];
+        assert!(off([0.3, 0.0, 0.3], one_sided) < 1e-12);
+        assert!(off([0.3, 0.1, -0.2], symmetric) < 1e-12);
+        // A saddle seen from its side: the sphere in the middle bends with the point of evaluation.
+        let side = off([0.3, 0.0, -0.2], one_sided);
+        assert!(side > 1e-3 && side < 0.1, "{side}");
     }
 }

@@ -92,3 +92,43 @@ pub(super) fn next_guess(fit: &LocalFit, degree: usize) -> Option<Guess> {
     let trust = if squared.is_finite() { 1.0 / (1.0 + squared) } else { 0.0 };
     fit.guess(degree, trust.sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::local_fit::Cloud;
+    use super::*;
+    use crate::Vec3;
+
+    /// A fit of points over the unit disc, of a paraboloid of this curvature with heights off by up to `noise`.
+    fn fit(curvature: f64, noise: f64) -> LocalFit {
+        let mut cloud = Cloud::default();
+        cloud.reserve(40);
+        for i in 0..40 {
+            let t = f64::from(i);
+            let (radius, angle) = ((t / 40.0).sqrt(), 2.4 * t);
+            let (x, y) = (radius * angle.cos(), radius * angle.sin());
+            let z = -0.5 * curvature * (x * x + y * y) + noise * (78.233 * t * t).sin();
+            cloud.push(&Vec3::new(x, y, z), &Vec3::z(), radius * radius);
+        }
+        LocalFit::new(&cloud, cloud.len(), 1.0, 4, &Guess::from_normal(Vec3::z())).unwrap()
+    }
+
+    #[test]
+    fn curvature_that_noise_made_is_not_bent_by_in_full() {
+        let trust = |fit: &LocalFit| next_guess(fit, 4).unwrap().tensor.norm() / fit.curvature(4).unwrap();
+        let (clean, noisy) = (fit(0.1, 1e-6), fit(0.0, 0.02));
+        assert!(trust(&clean) > 0.98, "{}", trust(&clean));
+        assert!(trust(&noisy) < 0.9, "{}", trust(&noisy));
+    }
+
+    #[test]
+    fn noise_is_told_from_bias() {
+        let bar = |fit: &LocalFit, degree| error_bar(fit, degree).unwrap();
+        let noisy = fit(0.1, 0.01);
+        // Each degree more costs certainty; ten times the noise is ten times the bar.
+        assert!(bar(&noisy, 2).noise < bar(&noisy, 4).noise);
+        let ratio = bar(&fit(0.1, 0.1), 4).noise / bar(&noisy, 4).noise;
+        assert!((ratio - 10.0).abs() < 0.1, "{ratio}");
+        assert!(bar(&noisy, 2).seen && bar(&noisy, 3).seen && !bar(&noisy, 4).seen);
+    }
+}

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use osculate_geom::bake::{self, BakeOptions, BakedMesh, FilterOptions, Precision, Provenance, Source};
+use osculate_geom::curvature::{Status, VertexCurvature};
 use osculate_geom::field::BakedMinimum;
-use osculate_geom::inspect::{CurvatureReport, MeshReport};
+use osculate_geom::inspect::{CurvatureReport, MeshReport, Range};
 use serde::Serialize;
 
 use crate::cli::Outcome;
-use crate::console::{Console, bytes, count};
+use crate::console::{Console, bytes, count, number};
 use crate::estimate::{EstimateArgs, describe};
 use crate::filter::LengthArgs;
 use crate::report::Reporter;
@@ -65,7 +66,29 @@ struct Report<'a> {
     provenance: &'a Provenance,
     mesh: MeshReport,
     curvature: CurvatureReport,
+    over_tolerance: Option<OverTolerance>,
     seconds: Seconds,
+}
+
+/// The vertices at which `auto` did not reach its tolerance.
+#[derive(Debug, Serialize)]
+struct OverTolerance {
+    vertices: usize,
+    /// Median of the stated error over the curvature there.
+    error_over_curvature: f64,
+}
+
+impl OverTolerance {
+    /// `None` if there are none.
+    fn new(curvature: &[VertexCurvature]) -> Option<Self> {
+        let over = curvature.iter().filter(|c| c.status == Status::OverTolerance);
+        let relative = over.filter_map(|c| Some((c.error, c.principal?)));
+        // As the tolerance is meant: over the norm of the curvature tensor. On a plane that is nothing.
+        let relative = relative.map(|(error, p)| error / p.kappa_max.hypot(p.kappa_min));
+        let relative: Vec<f64> = relative.map(|share| share.min(f64::MAX)).collect();
+        let vertices = relative.len();
+        Range::new(relative).map(|range| Self { vertices, error_over_curvature: range.median })
+    }
 }
 
 #[derive(Serialize)]
@@ -115,6 +138,7 @@ pub fn run(args: &BakeArgs, console: &Console, reporter: &Reporter) -> Result<Ou
         provenance: &baked.provenance,
         mesh: MeshReport::new(baked.mesh()),
         curvature: CurvatureReport::new(baked.curvature()),
+        over_tolerance: OverTolerance::new(baked.curvature()),
         seconds: Seconds { read, estimate, write: lap() },
     };
     print(&report, console, reporter);
@@ -149,6 +173,27 @@ fn name_file(error: bake::WriteError, input: &str, output: &str) -> anyhow::Erro
     anyhow::Error::new(error).context(file.to_owned())
 }
 
+/// What to make of vertices over the tolerance.
+fn print_over_tolerance(report: &Report<'_>, console: &Console) {
+    let Some(over) = &report.over_tolerance else { return };
+    console.result(format_args!(
+        "  tolerance  {} of the curvature is not reached at {} of {} vertices: there the stated error is {} of it (median). The estimates are the best found; a finer mesh has better ones, a larger --tolerance accepts these",
+        format_args!("{} %", number(100.0 * report.provenance.curvature.tolerance)),
+        over.vertices,
+        report.mesh.vertices,
+        percent(over.error_over_curvature)
+    ));
+}
+
+/// `0.0132` as `1.3 %`; what is over the whole in times.
+fn percent(share: f64) -> String {
+    match share {
+        s if s >= 1e3 => "over 1000 times".to_owned(),
+        s if s > 1.0 => format!("{s:.1} times"),
+        s => format!("{:.1} %", 100.0 * s),
+    }
+}
+
 fn print(report: &Report<'_>, console: &Console, reporter: &Reporter) {
     let mesh = &report.mesh;
     console.result(format_args!(
@@ -160,6 +205,7 @@ fn print(report: &Report<'_>, console: &Console, reporter: &Reporter) {
     ));
     console.result(format_args!("  method     {}", describe(&report.provenance.curvature)));
     inspect::print_curvature(&report.curvature, console);
+    print_over_tolerance(report, console);
     inspect::print_filter(report.provenance, console);
     let cost = reporter.cost();
     let memory = cost.peak_memory_bytes.map_or_else(String::new, |n| format!(", {} at most", bytes(n)));

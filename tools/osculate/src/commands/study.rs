@@ -16,7 +16,7 @@ use crate::input;
 use crate::report::Reporter;
 use crate::study::curvature::peers::{Export, PeersRun, read_peers};
 use crate::study::curvature::{
-    self, Effort, PeersOrigin, Plan, ReportContext, Row, Setting, Subject, settings,
+    self, Effort, Exponents, Part, PeersOrigin, Plan, ReportContext, Row, Setting, Subject, settings,
 };
 use crate::study::run::{command_line, processor, write_files};
 
@@ -42,7 +42,9 @@ Examples:
   osculate study curvature -o out/study --mesh bunny.obj
   osculate study curvature -o out/study --python venv/bin/python --cgal /usr/include --ponca ~/ponca
 
-DIR gets index.html (start there), curvature.csv, and every plot as SVG.")]
+  osculate study curvature -o out/growth --part growth --threads 1
+
+DIR gets index.html (start there), curvature.csv, growth.csv, and every plot as SVG.")]
 pub struct CurvatureArgs {
     /// Directory for the results; made if need be
     #[arg(short, long, value_name = "DIR")]
@@ -50,6 +52,9 @@ pub struct CurvatureArgs {
     /// A small part of the study, in seconds
     #[arg(long)]
     quick: bool,
+    /// Error against time, growth of time and memory with the mesh (to two million vertices), or both
+    #[arg(long, value_enum, default_value = "all")]
+    part: Part,
     /// Vertices of the analytic shapes [default: 10000; with --quick 1000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=2_000_000))]
     vertices: Option<u32>,
@@ -103,6 +108,7 @@ struct Report<'a> {
     quick: bool,
     seed: u64,
     rows: &'a [Row],
+    growth: Vec<Exponents>,
 }
 
 /// Runs the command.
@@ -123,7 +129,7 @@ fn run_curvature(args: &CurvatureArgs, console: &Console, reporter: &Reporter) -
         run.check()?;
     }
     let given = args.peers.peers.as_deref().map(read_rows).transpose()?;
-    let plan = Plan::new(args.vertices(), args.quick, args.seed, &everyday(args, console)?);
+    let plan = Plan::new(args.vertices(), args.part, args.quick, args.seed, &everyday(args, console)?);
     plan.check()?;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
 
@@ -156,6 +162,7 @@ fn run_curvature(args: &CurvatureArgs, console: &Console, reporter: &Reporter) -
         quick: args.quick,
         seed: args.seed,
         rows: &rows,
+        growth: curvature::exponents(&rows),
     };
     reporter.write("study_curvature", 1, &report)?;
     Ok(Outcome::Done)
@@ -241,6 +248,10 @@ fn write(folder: &Path, rows: &[Row], context: &ReportContext) -> Result<Vec<Str
         ("index.html".to_owned(), curvature::page(rows, context).html()),
         ("curvature.csv".to_owned(), curvature::csv(rows)),
     ];
+    let growth = curvature::exponents(rows);
+    if !growth.is_empty() {
+        files.push(("growth.csv".to_owned(), curvature::exponents_csv(&growth)));
+    }
     files.extend(curvature::plots(rows));
     write_files(folder, files)
 }

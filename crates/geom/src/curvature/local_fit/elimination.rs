@@ -182,3 +182,83 @@ impl Sums {
         Polynomial { shift, height: Height { a, b, c, d, e }, variances: self.variances, variance }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::super::kernel::{HEIGHT_ROWS, MOMENT_ROWS};
+    use super::*;
+
+    /// Weights, places and heights that no polynomial of degree 4 goes through.
+    fn points() -> Vec<[f64; 4]> {
+        let point = |i: u32| {
+            let t = f64::from(i);
+            let (u, v) = ((1.3 * t).sin(), (2.1 * t + 0.4).cos());
+            [
+                1.0 - 0.02 * t,
+                u,
+                v,
+                0.3 + 0.1 * u - 0.2 * v + 0.7 * u * u - 0.4 * u * v + 0.05 * (7.0 * t).sin(),
+            ]
+        };
+        (0..22).map(point).collect()
+    }
+
+    fn moments(points: &[[f64; 4]]) -> Moments {
+        let mut m = Moments { count: points.len() as f64, ..Moments::default() };
+        for &[w, u, v, h] in points {
+            (m.weight, m.squares) = (m.weight + w, m.squares + w * h * h);
+            let power = |x: f64, n: usize| x.powi(i32::try_from(n).unwrap());
+            for q in 0..MOMENT_ROWS {
+                for p in 0..8 {
+                    m.rows[q][p] += w * power(u, p + usize::from(q == 0)) * power(v, q);
+                    if q < HEIGHT_ROWS {
+                        m.heights[q][p] += w * h * power(u, p) * power(v, q);
+                    }
+                }
+            }
+        }
+        m
+    }
+
+    #[test]
+    fn equals_least_squares_by_orthogonal_factors() {
+        let points = points();
+        let found = solve(&moments(&points), 4, 1e-7);
+        for (degree, unknowns) in [(2, 6), (3, 10), (4, 15)] {
+            let root = |i: usize| points[i][0].sqrt();
+            let power = |i: usize, j: usize| {
+                let (p, q) = MONOMIALS[j];
+                points[i][1].powf(p as f64) * points[i][2].powf(q as f64)
+            };
+            // `powf` of a negative number and a whole exponent is exact about the sign.
+            let matrix = DMatrix::from_fn(points.len(), unknowns, |i, j| root(i) * power(i, j));
+            let right = DVector::from_fn(points.len(), |i, _| root(i) * points[i][3]);
+            let svd = matrix.clone().svd(true, true);
+            let x = svd.solve(&right, 0.0).unwrap();
+            let pseudo = svd.pseudo_inverse(0.0).unwrap();
+            let covariance = &pseudo * pseudo.transpose();
+            let left = (&matrix * &x - &right).norm_squared();
+            let weight: f64 = points.iter().map(|p| p[0]).sum();
+            let (count, spare) = (points.len() as f64, (points.len() - unknowns) as f64);
+            let variance = left * count / weight / spare * (1.0 + 4.0 / spare);
+            let Polynomial { shift, height: Height { a, b, c, d, e }, variances, variance: own } =
+                found[degree - 2].unwrap();
+            let pairs = [shift, d, e, a, b, c].into_iter().zip(x.iter().copied());
+            let pairs = pairs.chain((3..6).map(|k| (variances[k - 3], covariance[(k, k)])));
+            for (one, two) in pairs.chain([(own, variance)]) {
+                assert!((one - two).abs() < 1e-9 * (1.0 + two.abs()), "degree {degree}: {one} {two}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_points_do_not_determine_is_none() {
+        // On a line nothing is known across it; six points leave nothing to tell an error from.
+        let line: Vec<[f64; 4]> = points().iter().map(|&[w, u, _, h]| [w, u, 0.5 * u, h]).collect();
+        assert_eq!(solve(&moments(&line), 4, 1e-7), [None; 3]);
+        let six = solve(&moments(&points()[..6]), 2, 1e-7)[0].unwrap();
+        assert_eq!(six.variance, f64::INFINITY);
+    }
+}

@@ -233,6 +233,16 @@ mod tests {
     }
 
     #[test]
+    fn points_that_face_away_do_not_count() {
+        let mut cloud = cloud(20);
+        cloud.reserve(21);
+        cloud.push(&Vec3::new(0.3, 0.2, 5.0), &-Vec3::z(), 1.0);
+        let [with, without] = [21, 20].map(|count| accumulate::<4>(&cloud, count, &view()));
+        assert_eq!(bits(&with), bits(&without));
+        assert!((without.count - 20.0).abs() < 0.5);
+    }
+
+    #[test]
     fn equals_plain_sums() {
         let (cloud, view) = (cloud(37), view());
         let moments = accumulate::<4>(&cloud, 37, &view);

@@ -163,3 +163,70 @@ fn third_form(guess: &Guess, length: f64) -> [f64; 3] {
     let scale = if trace > LARGEST_BEND { LARGEST_BEND / trace } else { 1.0 };
     if trace.is_finite() { [xx * scale, 2.0 * xy * scale, yy * scale] } else { [0.0; 3] }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of a cap of the unit sphere around the z axis, as offsets from the point `lift` above its pole.
+    fn cap(lift: f64) -> Cloud {
+        let mut cloud = Cloud::default();
+        cloud.reserve(60);
+        for i in 0..60 {
+            let t = f64::from(i);
+            let (polar, azimuth) = (0.3 * (t / 60.0).sqrt(), 2.4 * t);
+            let p = Vec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+            cloud.push(&(p - Vec3::z() * (1.0 + lift)), &p, polar * polar);
+        }
+        cloud
+    }
+
+    fn fit(cloud: &Cloud, guess: &Guess) -> LocalFit {
+        LocalFit::new(cloud, cloud.len(), 0.09, 4, guess).unwrap()
+    }
+
+    fn along_z() -> Guess {
+        Guess { tensor: Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 0.0)), ..Guess::from_normal(Vec3::z()) }
+    }
+
+    #[test]
+    fn a_sphere_is_a_quadric_from_on_it_and_from_beside_it() {
+        for lift in [0.0, 0.02, -0.02] {
+            let fit = fit(&cap(lift), &along_z());
+            for degree in [2, 3, 4] {
+                let found = fit.principal(degree).unwrap();
+                // Undoing the bend of a height of 0.02 is worth 0.01; what is left of it is of fourth order.
+                let bound = if lift == 0.0 { 1e-5 } else { 2e-3 };
+                let off = (found.kappa_max - 1.0).abs().max((found.kappa_min - 1.0).abs());
+                assert!(off < bound, "lift {lift}, degree {degree}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_next_fit_starts_on_the_surface() {
+        let lift = 0.02;
+        let next = fit(&cap(lift), &along_z()).guess(2, 1.0).unwrap();
+        let origin = next.origin + Vec3::z() * (1.0 + lift);
+        assert!((origin.norm() - 1.0).abs() < 1e-4, "{origin}");
+        let again = fit(&cap(lift), &next).principal(2).unwrap();
+        // Heights are bent by the first fit's curvature, which is not exact.
+        assert!((again.kappa_max - 1.0).abs() < 1e-4, "{again:?}");
+    }
+
+    #[test]
+    fn facing_is_of_the_fitted_normal() {
+        let normal = Vec3::new(-0.5, 0.25, 1.0).normalize();
+        let frame = Frame::around(normal);
+        let mut cloud = Cloud::default();
+        cloud.reserve(40);
+        for i in 0..40 {
+            let t = f64::from(i);
+            let p = frame.t * (1.3 * t).sin() + frame.s * (2.1 * t).cos();
+            cloud.push(&p, &normal, 0.0);
+        }
+        let fit = fit(&cloud, &Guess::from_normal(Vec3::z()));
+        assert!((fit.facing(2, &normal).unwrap() - 1.0).abs() < 1e-12);
+        assert!(fit.facing(2, &Vec3::z()).unwrap() < 0.9);
+    }
+}

@@ -8,10 +8,12 @@
 //! | `rows` | what was measured, as CSV |
 //! | `peers` | other programs: meshes out, rows in |
 //! | `summary` | rows put together over shapes: means, fronts, recommendations |
+//! | `exponents` | power laws of time, memory and error |
 //! | `figures`, `growth` | the plots |
 //! | `tables` | the tables |
 //! | `report` | the page |
 
+mod exponents;
 mod figures;
 mod growth;
 mod measure;
@@ -23,11 +25,12 @@ mod subjects;
 mod summary;
 mod tables;
 
+pub use exponents::{Exponents, csv as exponents_csv, exponents};
 pub use measure::{Effort, measure};
 pub use report::{Context as ReportContext, PeersOrigin, page};
 pub use rows::{Row, csv};
 pub use settings::{Setting, settings};
-pub use subjects::{Plan, Subject};
+pub use subjects::{Part, Plan, Subject};
 
 /// Files of plots: name and SVG.
 pub fn plots(rows: &[Row]) -> Vec<(String, String)> {

@@ -1,5 +1,6 @@
 //! The page of the study: the answer first, then what it rests on.
 
+use super::exponents::{Exponents, exponents};
 use super::rows::Row;
 use super::settings::Setting;
 use super::summary::{means, most_accurate, noises, shapes};
@@ -32,14 +33,39 @@ pub enum PeersOrigin {
 
 /// The page.
 pub fn page(rows: &[Row], context: &Context) -> Page {
-    let mut sections = vec![recommendation(rows, context), fronts(rows, context)];
-    sections.extend(peers(rows));
-    sections.extend(everyday(rows));
-    sections.push(noise_and_honesty(rows));
-    sections.push(size(rows));
-    sections.push(everything(rows));
+    let has = |purpose: &str| rows.iter().any(|r| r.purpose == purpose);
+    let (mut sections, mut words) = (Vec::new(), Vec::new());
+    if has("accuracy") {
+        words = lead(rows, context);
+        sections.extend([recommendation(rows, context), fronts(rows, context)]);
+        sections.extend(peers(rows));
+        sections.extend(everyday(rows));
+        sections.push(noise_and_honesty(rows));
+    }
+    if has("scaling") {
+        words.push(lead_on_growth(rows));
+        sections.push(size(rows));
+    }
+    if has("accuracy") {
+        sections.push(everything(rows));
+    }
     sections.push(method(rows, context));
-    Page { title: "Curvature: error against time".into(), lead: lead(rows, context), sections }
+    Page { title: "Curvature: error against time".into(), lead: words, sections }
+}
+
+/// The largest exponents of ours.
+fn lead_on_growth(rows: &[Row]) -> String {
+    let all: Vec<Exponents> = exponents(rows).into_iter().filter(|e| e.program == "osculate").collect();
+    let most = |value: fn(&Exponents) -> Option<f64>| {
+        all.iter().filter_map(value).max_by(f64::total_cmp).map_or_else(String::new, |p| format!("{p:.3}"))
+    };
+    format!(
+        "Growth from {} to {} vertices: time as n to the power of {} at most, memory {} (1 is in proportion).",
+        all.iter().map(|e| e.least_vertices).min().unwrap_or(0),
+        all.iter().map(|e| e.most_vertices).max().unwrap_or(0),
+        most(|e| e.seconds),
+        most(|e| e.bytes)
+    )
 }
 
 fn lead(rows: &[Row], context: &Context) -> Vec<String> {

@@ -192,18 +192,6 @@ fn split_setting(peer: &str, setting: &str) -> (String, String) {
     }
 }
 
-/// Exponent `p` of the law `y = c x^p` that fits best (least squares of the logarithms); `None` for less than two points.
-pub fn growth(points: &[(f64, f64)]) -> Option<f64> {
-    let logs: Vec<(f64, f64)> =
-        points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0).map(|(x, y)| (x.ln(), y.ln())).collect();
-    let n = logs.len() as f64;
-    let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let (xx, xy) =
-        logs.iter().fold((0.0, 0.0), |(a, b), p| (a + (p.0 - x) * (p.0 - x), b + (p.0 - x) * (p.1 - y)));
-    (xx > 0.0).then(|| xy / xx)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -228,14 +216,6 @@ mod tests {
             let error = format!("{:#}", read_peers(text).unwrap_err());
             assert!(error.contains(part), "{error}");
         }
-    }
-
-    #[test]
-    fn exponents_are_those_of_power_laws() {
-        let law = |p: f64| [1e3, 1e4, 2e6].map(|x: f64| (x, 3.0 * x.powf(p)));
-        assert!((growth(&law(1.0)).unwrap() - 1.0).abs() < 1e-12);
-        assert!((growth(&law(-0.5)).unwrap() + 0.5).abs() < 1e-12);
-        assert_eq!(growth(&law(1.0)[..1]), None);
     }
 
     #[test]

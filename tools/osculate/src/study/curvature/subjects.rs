@@ -1,6 +1,7 @@
 //! The meshes of the study, with their exact curvature.
 
 use anyhow::{Context, Result};
+use clap::ValueEnum;
 use osculate_geom::Mesh;
 use osculate_geom::curvature::Principal;
 use osculate_geom::mesh::{Surface, Weld};
@@ -79,18 +80,31 @@ enum Source {
     },
 }
 
+/// Which part of the study is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// Both.
+    All,
+    /// Error against time.
+    Accuracy,
+    /// Growth with the mesh.
+    Growth,
+}
+
 /// Noise levels in mean edges.
 const NOISE: [f64; 5] = [0.0, 0.001, 0.01, 0.05, 0.2];
 
+/// Vertices of the meshes that growth is measured on. Evenly spread over the decades, since every one weighs alike in a fit.
+const SIZES: [usize; 7] = [1_000, 4_000, 16_000, 64_000, 256_000, 1_000_000, 2_000_000];
+
 impl Plan {
     /// The full study at about `vertices` vertices, with the limit surfaces of `everyday` (name and closed mesh) beside the
-    /// analytic shapes; `quick` takes a part of it that runs in seconds.
-    pub fn new(vertices: usize, quick: bool, seed: u64, everyday: &[(String, Mesh)]) -> Self {
+    /// analytic shapes; `quick` takes a little of each part, which runs in seconds.
+    pub fn new(vertices: usize, part: Part, quick: bool, seed: u64, everyday: &[(String, Mesh)]) -> Self {
         let shapes: &[StudyShape] =
             if quick { &[StudyShape::Torus, StudyShape::Bump] } else { &StudyShape::ALL };
         let noises: &[f64] = if quick { &[0.0, 0.01] } else { &NOISE };
-        let sizes: &[usize] =
-            if quick { &[500, 1_000, 2_000] } else { &[1_000, 10_000, 100_000, 500_000, 2_000_000] };
+        let sizes: &[usize] = if quick { &[500, 1_000, 2_000] } else { &SIZES };
         let mut entries = Vec::new();
         let mut add = |source: &Source, vertices, noises: &[f64], purpose| {
             entries.extend(noises.iter().map(|&noise| Entry {
@@ -100,16 +114,17 @@ impl Plan {
                 purpose,
             }));
         };
-        for &shape in shapes {
+        let (accuracy, growth) = (part != Part::Growth, part != Part::Accuracy);
+        for &shape in shapes.iter().filter(|_| accuracy) {
             add(&Source::Shape(shape), vertices, noises, Use::Accuracy);
         }
-        for (name, control) in everyday {
+        for (name, control) in everyday.iter().filter(|_| accuracy) {
             for levels in if quick { 0..1 } else { 0..2 } {
                 let source = Source::Limit { name: name.clone(), control: control.clone(), levels };
                 add(&source, 0, noises, Use::Accuracy);
             }
         }
-        for &size in sizes {
+        for &size in sizes.iter().filter(|_| growth) {
             add(&Source::Shape(StudyShape::Torus), size, &[0.0], Use::Scaling);
         }
         Self { entries, seed }

@@ -2,8 +2,9 @@
 
 use osculate_geom::shapes::study::StudyShape;
 
+use super::exponents::exponents;
 use super::figures::readable;
-use super::rows::{Row, growth};
+use super::rows::Row;
 use super::settings::Setting;
 use super::summary::{Mean, fastest_within, means, most_accurate, most_robust, noises, shapes};
 use crate::study::page::{Cell, Table, Tone};
@@ -165,45 +166,40 @@ pub fn calibration(rows: &[Row]) -> Table {
 
 /// Growth of time and memory with the mesh.
 pub fn growth_table(rows: &[Row]) -> Table {
-    let rows: Vec<&Row> = rows.iter().filter(|r| r.purpose == "scaling").collect();
-    let mut names: Vec<String> = Vec::new();
-    for row in &rows {
-        if !names.contains(&row.name()) {
-            names.push(row.name());
-        }
-    }
-    let body = names.into_iter().map(|name| {
-        let own: Vec<&&Row> = rows.iter().filter(|r| r.name() == name && r.us_per_vertex.is_some()).collect();
-        let seconds = |r: &Row| r.us_per_vertex.map(|us| us * 1e-6 * r.vertices as f64);
-        let law = |value: &dyn Fn(&Row) -> Option<f64>| {
-            let points: Vec<(f64, f64)> =
-                own.iter().filter_map(|r| Some((r.vertices as f64, value(r)?))).collect();
-            growth(&points).map_or_else(String::new, |p| format!("{p:.2}"))
-        };
-        let largest = own.iter().max_by_key(|r| r.vertices);
+    let body = exponents(rows).into_iter().map(|e| {
+        let own = rows.iter().filter(|r| {
+            r.purpose == "scaling"
+                && (&r.program, &r.method, &r.setting) == (&e.program, &e.method, &e.setting)
+        });
+        let largest = own.filter(|r| r.us_per_vertex.is_some()).max_by_key(|r| r.vertices);
         let of_largest = |value: &dyn Fn(&Row) -> Option<f64>, digits: usize| {
-            largest.and_then(|r| value(r)).map_or_else(String::new, |x| format!("{x:.digits$}"))
+            largest.and_then(value).map_or_else(String::new, |x| format!("{x:.digits$}"))
         };
+        let power = |p: Option<f64>| p.map_or_else(String::new, |p| format!("{p:.3}"));
         vec![
-            name.clone(),
+            largest.map_or_else(|| e.method.clone(), Row::name),
             largest.map_or_else(String::new, |r| r.vertices.to_string()),
             of_largest(&|r| r.us_per_vertex, 2),
             of_largest(&|r| r.us_per_vertex_all_threads, 2),
-            law(&seconds),
             of_largest(&|r| r.bytes_per_vertex, 0),
-            law(&|r| r.median),
+            power(e.seconds),
+            power(e.seconds_all_threads),
+            power(e.bytes),
+            power(e.error),
         ]
     });
     Table::of_texts(
-        "At the largest mesh that was measured. An exponent of 1 is time in proportion to the vertices; error falls with exponent -1 for an estimator of second order.",
+        "Left: at the largest mesh that was measured. Right: exponents of the laws that fit all of the meshes best (least squares of logarithms), also in growth.csv. 1 is time or memory in proportion to the vertices; the error of an estimator of order p falls with exponent -p/2.",
         &[
             "setting",
             "vertices",
             "µs a vertex, 1 thread",
             "all threads",
-            "exponent of time",
             "bytes a vertex",
-            "exponent of error",
+            "exponent of time, 1 thread",
+            "all threads",
+            "of memory",
+            "of error",
         ],
         body.collect::<Vec<_>>(),
     )
