@@ -19,11 +19,13 @@ use crate::Vec3;
 use crate::mesh::{Adjacency, index_u32, triangle_normal};
 
 /// Cosine of the least angle of a crease: 40 degrees.
-const LEAST_TURN_COSINE: f64 = 0.766;
+pub(super) const LEAST_TURN_COSINE: f64 = 0.766;
 /// Angle of a crease over that of the flattest other edges beside it.
 const OUTSTANDING: f64 = 2.5;
 /// Cosine of the largest angle by which a crease turns from one edge to the next: 75 degrees.
 const LARGEST_BEND_COSINE: f64 = 0.26;
+/// One vertex in so many where triangles turn is few.
+const FEW: usize = 20;
 /// How often edges that do not go on are dropped; each time shortens what noise strings together by two edges.
 const PRUNINGS: u32 = 3;
 
@@ -39,16 +41,26 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// Cuts a surface, given the triangles at each vertex; `None` if it has no crease.
+    /// Cuts a surface, given the triangles at each vertex and the vertices where triangles may turn by 40 degrees or more,
+    /// ascending; `None` if it has no crease.
     pub(super) fn along_creases(
         positions: &[Vec3],
         triangles: &[[u32; 3]],
         incident: &Adjacency,
+        turning: &[u32],
     ) -> Option<Self> {
+        if turning.is_empty() {
+            return None;
+        }
         let normal = |t: &[u32; 3]| triangle_normal(t.map(|v| positions[v as usize])).unwrap_or_default();
-        let normals = triangles.par_iter().with_min_len(1 << 12).map(normal).collect();
+        // Each is asked for several times, but of few triangles where there are few creases.
+        let normals = if turning.len() > positions.len() / FEW {
+            triangles.par_iter().with_min_len(1 << 12).map(normal).collect()
+        } else {
+            Vec::new()
+        };
         let sides = Sides { positions, triangles, incident, normals };
-        let creases = sides.creases();
+        let creases = sides.creases(turning);
         if creases.is_empty() {
             return None;
         }
@@ -113,14 +125,14 @@ struct Sides<'a> {
     positions: &'a [Vec3],
     triangles: &'a [[u32; 3]],
     incident: &'a Adjacency,
-    /// Unit normals of the triangles; zero for those without area.
+    /// Unit normals of the triangles, zero for those without area; or none, to compute them as needed.
     normals: Vec<Vec3>,
 }
 
 impl Sides<'_> {
-    fn creases(&self) -> HashSet<(u32, u32)> {
-        let candidates = (0..self.triangles.len()).into_par_iter().with_min_len(1 << 12);
-        let mut candidates: Vec<Candidate> = candidates.flat_map_iter(|t| self.candidates(t)).collect();
+    fn creases(&self, turning: &[u32]) -> HashSet<(u32, u32)> {
+        let turning = turning.par_iter().with_min_len(1 << 10);
+        let mut candidates: Vec<Candidate> = turning.flat_map_iter(|&v| self.candidates(v)).collect();
         for _ in 0..PRUNINGS {
             let mut at_vertex: HashMap<u32, Vec<Candidate>> = HashMap::new();
             for candidate in &candidates {
@@ -136,27 +148,30 @@ impl Sides<'_> {
         candidates.into_iter().map(|c| c.edge).collect()
     }
 
-    /// The candidates among the sides of a triangle, each edge once.
-    fn candidates(&self, index: usize) -> impl Iterator<Item = Candidate> + '_ {
-        let triangle = self.triangles[index];
-        let normal = self.normal(index);
-        (0..3).filter_map(move |side| {
-            let edge = (triangle[side], triangle[(side + 1) % 3]);
-            if edge.0 >= edge.1 {
-                return None; // The neighbour sees it the other way round.
-            }
-            let normal = normal?;
-            let other = self.across(index, edge)?;
-            let other_normal = self.normal(other)?;
-            if normal.dot(&other_normal) > LEAST_TURN_COSINE {
-                return None;
-            }
-            let turn = angle(&normal, &other_normal);
-            let flattest = self.flattest(index, edge).max(self.flattest(other, edge));
-            let apex = self.triangles[other].iter().find(|&&v| v != edge.0 && v != edge.1)?;
-            let height = normal.dot(&(self.positions[*apex as usize] - self.positions[edge.0 as usize]));
-            (turn > OUTSTANDING * flattest).then_some(Candidate { edge, convex: height < 0.0 })
+    /// The candidates among the edges from a vertex to those of higher numbers.
+    fn candidates(&self, vertex: u32) -> impl Iterator<Item = Candidate> + '_ {
+        self.incident.row(vertex as usize).iter().flat_map(move |&index| {
+            let triangle = self.triangles[index as usize];
+            let sides = (0..3).map(move |side| (triangle[side], triangle[(side + 1) % 3]));
+            // The neighbour sees the edge the other way round.
+            let rising = sides.filter(move |&(from, to)| from == vertex && from < to);
+            rising.filter_map(move |edge| self.candidate(index as usize, edge))
         })
+    }
+
+    /// The edge of a triangle if it is a candidate.
+    fn candidate(&self, index: usize, edge: (u32, u32)) -> Option<Candidate> {
+        let normal = self.normal(index)?;
+        let other = self.across(index, edge)?;
+        let other_normal = self.normal(other)?;
+        if normal.dot(&other_normal) > LEAST_TURN_COSINE {
+            return None;
+        }
+        let turn = angle(&normal, &other_normal);
+        let flattest = self.flattest(index, edge).max(self.flattest(other, edge));
+        let apex = self.triangles[other].iter().find(|&&v| v != edge.0 && v != edge.1)?;
+        let height = normal.dot(&(self.positions[*apex as usize] - self.positions[edge.0 as usize]));
+        (turn > OUTSTANDING * flattest).then_some(Candidate { edge, convex: height < 0.0 })
     }
 
     /// The least turn over the other two sides of a triangle; zero where it has no neighbour there.
@@ -216,7 +231,10 @@ impl Sides<'_> {
 
     /// Unit normal; `None` for a triangle without area.
     fn normal(&self, index: usize) -> Option<Vec3> {
-        Some(self.normals[index]).filter(|n| *n != Vec3::zeros())
+        match self.normals.get(index) {
+            Some(normal) => Some(*normal).filter(|n| *n != Vec3::zeros()),
+            None => triangle_normal(self.triangles[index].map(|v| self.positions[v as usize])),
+        }
     }
 
     /// The triangles at a vertex in groups that no crease divides, the one with the largest angle first.
@@ -265,11 +283,13 @@ fn angle(a: &Vec3, b: &Vec3) -> f64 {
 mod tests {
     use super::*;
     use crate::Mesh;
+    use crate::mesh::Survey;
     use crate::shapes;
 
     fn cut(mesh: &Mesh) -> Option<Cut> {
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
-        Cut::along_creases(mesh.positions(), mesh.triangles(), &incident)
+        let survey = Survey::new(mesh.positions(), mesh.triangles(), &incident, LEAST_TURN_COSINE);
+        Cut::along_creases(mesh.positions(), mesh.triangles(), &incident, &survey.turning)
     }
 
     /// A square of `n` by `n` quads, folded along its middle by this angle.

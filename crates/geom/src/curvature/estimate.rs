@@ -4,7 +4,8 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::creases::Cut;
+use super::batch::{self, Batch, Site};
+use super::creases::{Cut, LEAST_TURN_COSINE};
 use super::libigl_normals::libigl_vertex_normals;
 use super::local_fit::Cloud;
 use super::moments::Points;
@@ -15,9 +16,7 @@ use super::{
     auto, jet, libigl, quadric,
 };
 use crate::Vec3;
-use crate::mesh::{
-    Adjacency, Fan, Surface, area_weighted_normals, index_u32, neighbours_and_fans, triangle_normal,
-};
+use crate::mesh::{Adjacency, Fan, Surface, Survey, index_u32};
 
 /// Fewest vertices handled by one task.
 const BLOCK: usize = 1024;
@@ -27,9 +26,10 @@ const BLOCK: usize = 1024;
 /// Never fails on geometry: a vertex without an estimate has `principal: None`, an infinite error and a status that says
 /// why. Runs on rayon's current pool; the result has the same bits for any number of threads.
 ///
-/// Memory beyond the surface, on a closed mesh of valence 6: 28 bytes a vertex for adjacency, 25 for normals and fans, 88
-/// for the result, and 4 a vertex and thread for the walks; 28 more with [`Method::Normals`]. Looking for creases takes 76, but
-/// before the result is there. Where there are creases, the cut surface is a copy (48).
+/// Memory beyond the surface, on a closed mesh of valence 6: 28 bytes a vertex for adjacency, 25 for normals and fans (65 for
+/// [`Method::Quadric`], which keeps positions beside the normals), 88 for the result, and 4 a vertex and thread for the walks;
+/// 28 more with [`Method::Normals`]. Before the result is there, the tables of triangles and neighbours take 113 while they are
+/// built, and looking for creases, where there are many, 129. Where there are creases, the cut surface is a copy (48).
 ///
 /// # Errors
 ///
@@ -42,12 +42,15 @@ pub fn estimate(
     let (positions, triangles) = (surface.positions(), surface.triangles());
     let keep = options.features == Features::Keep && options.method != Method::Libigl;
     let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
-    let cut = if keep { Cut::along_creases(positions, triangles, &incident) } else { None };
+    let survey = Survey::new(positions, triangles, &incident, LEAST_TURN_COSINE);
+    let cut = if keep { Cut::along_creases(positions, triangles, &incident, &survey.turning) } else { None };
     Ok(match cut {
-        None => estimate_all(positions, triangles, incident, options),
+        None => estimate_all(positions, triangles, incident, survey, options),
         Some(cut) => {
+            drop((incident, survey));
             let incident = Adjacency::triangles_of_vertices(&cut.triangles, cut.positions.len());
-            let estimates = estimate_all(&cut.positions, &cut.triangles, incident, options);
+            let survey = Survey::new(&cut.positions, &cut.triangles, &incident, LEAST_TURN_COSINE);
+            let estimates = estimate_all(&cut.positions, &cut.triangles, incident, survey, options);
             cut.join(estimates, positions.len())
         }
     })
@@ -57,9 +60,10 @@ fn estimate_all(
     positions: &[Vec3],
     triangles: &[[u32; 3]],
     incident: Adjacency,
+    survey: Survey,
     options: &CurvatureOptions,
 ) -> Vec<VertexCurvature> {
-    let prepared = Prepared::new(positions, triangles, incident, options);
+    let prepared = Prepared::new(positions, triangles, incident, survey, options);
     let pool = Mutex::new(Vec::new());
     // Collecting in parallel also touches the result's memory for the first time in parallel.
     let vertices = (0..positions.len()).into_par_iter().with_min_len(BLOCK);
@@ -99,8 +103,13 @@ pub(crate) struct Prepared<'a> {
     /// Triangles of each vertex; empty unless the method reads them.
     pub(super) incident: Adjacency,
     pub(crate) ring: Adjacency,
-    pub(crate) normals: Vec<Vec3>,
+    /// Empty where there are sites.
+    normals: Vec<Vec3>,
+    /// Positions and normals for fits in groups; empty where vertices are fitted one by one.
+    pub(super) sites: Vec<Site>,
     fans: Vec<Fan>,
+    /// Rings of fits in groups.
+    in_groups: Option<usize>,
     options: CurvatureOptions,
     /// Never [`Neighbourhood::MeanEdges`]: that has become a radius.
     neighbourhood: Neighbourhood,
@@ -114,46 +123,69 @@ pub(crate) struct Scratch<'a> {
     pub(super) cloud: Cloud,
     pub(super) levels: Vec<auto::Level>,
     pub(super) faces: Vec<normals::Face>,
+    pub(super) batch: Batch,
     /// Squared distances and vertices, to sort.
     pub(super) order: Vec<(f64, u32)>,
 }
 
 impl<'a> Scratch<'a> {
-    fn new(prepared: &'a Prepared<'a>) -> Self {
+    pub(super) fn new(prepared: &'a Prepared<'a>) -> Self {
         Self {
             walker: Walker::new(prepared.positions, &prepared.ring),
             points: Points::default(),
             cloud: Cloud::default(),
             levels: Vec::new(),
             faces: Vec::new(),
+            batch: Batch::default(),
             order: Vec::new(),
         }
     }
 }
 
 impl<'a> Prepared<'a> {
-    fn new(
+    pub(super) fn new(
         positions: &'a [Vec3],
         triangles: &'a [[u32; 3]],
         incident: Adjacency,
+        survey: Survey,
         options: &CurvatureOptions,
     ) -> Self {
-        let mut normals = match options.method {
-            Method::Libigl => libigl_vertex_normals(positions, triangles, &incident),
-            _ => usable_normals(positions, triangles, &incident),
-        };
+        let Survey { ring, fans, mut normals, .. } = survey;
+        if options.method == Method::Libigl {
+            normals = libigl_vertex_normals(positions, triangles, &incident);
+        }
         if options.method == Method::Normals {
             normals::make_exact_on_spheres(&mut normals, positions, triangles, &incident);
         }
-        let (ring, fans) = neighbours_and_fans(triangles, &incident);
+        let in_groups =
+            if options.method == Method::Quadric { batch::rings_of(options.neighbourhood()) } else { None };
+        let sites = match in_groups {
+            Some(_) => {
+                let pairs = positions.par_iter().zip(&normals).with_min_len(BLOCK);
+                let sites = pairs.map(|(p, n)| Site::new(p, n)).collect();
+                normals = Vec::new();
+                sites
+            }
+            None => Vec::new(),
+        };
         let neighbourhood = match options.neighbourhood() {
             Neighbourhood::MeanEdges(edges) => Neighbourhood::Radius(edges * mean_edge(positions, triangles)),
             other => other,
         };
         // Given back early where it is not needed, which is most of what is held here.
-        let incident =
-            if options.method == Method::Normals { incident } else { Adjacency::from_blocks(Vec::new()) };
-        Self { positions, triangles, incident, ring, normals, fans, options: *options, neighbourhood }
+        let incident = if options.method == Method::Normals { incident } else { Adjacency::from_blocks(&[]) };
+        Self {
+            positions,
+            triangles,
+            incident,
+            ring,
+            normals,
+            sites,
+            fans,
+            in_groups,
+            options: *options,
+            neighbourhood,
+        }
     }
 
     fn estimate_vertex(&self, vertex: usize, scratch: &mut Scratch<'_>) -> VertexCurvature {
@@ -164,8 +196,17 @@ impl<'a> Prepared<'a> {
             Fan::Empty => return VertexCurvature::undetermined(Status::Isolated),
         };
         // libigl has its own way with normals that vanish.
-        if self.options.method != Method::Libigl && self.normals[vertex] == Vec3::zeros() {
+        if self.options.method != Method::Libigl && self.normal(index_u32(vertex)) == Vec3::zeros() {
             return VertexCurvature::undetermined(Status::Isolated);
+        }
+        if let Some(rings) = self.in_groups {
+            let Scratch { walker, batch, .. } = scratch;
+            let eligible =
+                |v: usize| self.fans[v] != Fan::Empty && self.normal(index_u32(v)) != Vec3::zeros();
+            if let Some(mut estimate) = batch.estimate(self, walker, rings, vertex, eligible) {
+                estimate.status = estimate.status.worse(status);
+                return estimate;
+            }
         }
         let vertex = index_u32(vertex);
         let mut estimate = match (self.options.method, self.neighbourhood) {
@@ -184,6 +225,15 @@ impl<'a> Prepared<'a> {
         estimate
     }
 
+    /// Unit normal of a vertex; zero where it has none.
+    #[inline]
+    pub(crate) fn normal(&self, vertex: u32) -> Vec3 {
+        match self.sites.get(vertex as usize) {
+            Some(site) => site.normal_vector(),
+            None => self.normals[vertex as usize],
+        }
+    }
+
     /// What the rounding of a vertex's coordinates can do to a second difference over `length`, 1/length.
     pub(super) fn rounding_error(&self, vertex: u32, length: f64) -> f64 {
         // A second difference quadruples the rounding of one point, and fits magnify it by up to ten.
@@ -196,20 +246,4 @@ fn mean_edge(positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     let side = |a: u32, b: u32| (positions[a as usize] - positions[b as usize]).norm();
     let sum: f64 = triangles.iter().map(|&[a, b, c]| side(a, b) + side(b, c) + side(c, a)).sum();
     sum / (3 * triangles.len().max(1)) as f64
-}
-
-/// Area-weighted normals with a stand-in where the incident ones cancel (double-sided leftovers): the normal of the first
-/// incident triangle that has one. Zero where there is none.
-fn usable_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
-    let stand_in = |vertex: usize| {
-        let mut incident = incident.row(vertex).iter();
-        incident.find_map(|&t| triangle_normal(triangles[t as usize].map(|v| positions[v as usize])))
-    };
-    let mut normals = area_weighted_normals(positions, triangles, incident);
-    for (vertex, normal) in normals.iter_mut().enumerate() {
-        if *normal == Vec3::zeros() {
-            *normal = stand_in(vertex).unwrap_or_else(Vec3::zeros);
-        }
-    }
-    normals
 }

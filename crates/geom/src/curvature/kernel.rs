@@ -44,7 +44,7 @@ fn accumulate_portable(points: [&[f64]; 4], frame: &Frame) -> [[f64; LANES]; SUM
 
 /// All terms of one group of points, in the order of [`Moments`](super::moments::Moments).
 #[inline(always)]
-fn moments<T: Copy>(u: T, v: T, h: T, w: T, mul: impl Fn(T, T) -> T) -> [T; SUMS] {
+pub(super) fn moments<T: Copy>(u: T, v: T, h: T, w: T, mul: impl Fn(T, T) -> T) -> [T; SUMS] {
     let (wu, wv) = (mul(w, u), mul(w, v));
     let (wu2, wuv, wv2) = (mul(wu, u), mul(wu, v), mul(wv, v));
     let (wu3, wu2v, wuv2, wv3) = (mul(wu2, u), mul(wu2, v), mul(wv2, u), mul(wv2, v));

@@ -73,7 +73,7 @@ fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) 
 /// Heights along the vertex normal, the first axis towards the neighbour with the lowest number. `None` where the
 /// normal vanishes or that neighbour lies straight above: libigl's axes are zero there, and so are its curvatures.
 fn frame(prepared: &Prepared<'_>, vertex: u32) -> Option<Frame> {
-    let n = prepared.normals[vertex as usize];
+    let n = prepared.normal(vertex);
     let &first = prepared.ring.row(vertex as usize).first()?;
     let edge = prepared.positions[first as usize] - prepared.positions[vertex as usize];
     let t = unit(&(edge - n * n.dot(&edge)))?;
@@ -94,7 +94,7 @@ fn project(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Sc
     let mut facing = 0;
     points.clear(walker.members().len());
     for &member in walker.members() {
-        let faces = dot(&prepared.normals[member as usize], &frame.n) > 0.0;
+        let faces = dot(&prepared.normal(member), &frame.n) > 0.0;
         facing += usize::from(faces);
         points.push(&(prepared.positions[member as usize] - origin), f64::from(u8::from(faces)));
     }

@@ -2,11 +2,13 @@
 
 mod algebraic;
 mod auto;
+mod batch;
 mod creases;
 mod error_bar;
 mod estimate;
 mod jet;
 mod kernel;
+mod lanes;
 mod libigl;
 mod libigl_normals;
 mod local_fit;

@@ -92,7 +92,7 @@ impl Points {
 /// Lanes that are summed side by side: one AVX-512 register.
 pub(super) const LANES: usize = 8;
 /// 12 moments of `u, v` of degree 2 to 4, 5 with `z`, `z^2`, and 3 of degree 0 and 1.
-pub(super) const SUMS: usize = 21;
+pub(in crate::curvature) const SUMS: usize = 21;
 
 /// The normal equations of the fit, in units of a length that the caller chose.
 #[derive(Debug, Clone, Copy)]

@@ -64,7 +64,7 @@ pub(super) fn estimate_vertex(
     }
     let origin = prepared.positions[vertex as usize];
     let length = ring.iter().map(|&v| (prepared.positions[v as usize] - origin).amax()).fold(0.0, f64::max);
-    let frame = Frame::around(prepared.normals[vertex as usize]);
+    let frame = Frame::around(prepared.normal(vertex));
     scratch.faces.clear();
     for &triangle in prepared.incident.row(vertex as usize) {
         scratch.faces.extend(face(prepared, vertex, prepared.triangles[triangle as usize], &frame, length));
@@ -87,7 +87,7 @@ fn face(
     length: f64,
 ) -> Option<Face> {
     let [a, b, c] = from_corner(triangle, vertex);
-    let [n0, n1, n2] = [a, b, c].map(|v| prepared.normals[v as usize]);
+    let [n0, n1, n2] = [a, b, c].map(|v| prepared.normal(v));
     if n1 == Vec3::zeros() || n2 == Vec3::zeros() {
         return None;
     }

@@ -7,20 +7,24 @@ use super::support::{Attempt, enlarging};
 use super::{Neighbourhood, VertexCurvature};
 
 /// A fit has five coefficients; one more neighbour leaves a residual to judge it by.
-const LEAST_NEIGHBOURS: usize = 6;
+pub(super) const LEAST_NEIGHBOURS: usize = 6;
 
 /// Below this share of unexplained column (see [`Moments::solve`]) the neighbours lie on two lines or a conic as
 /// far as the fit can tell. Smaller: coefficients carry more than 1e-9 of rounding, magnified geometry errors long
 /// before that. Larger: anisotropic but sound neighbourhoods (aspect 30) would be enlarged.
-const LEAST_PIVOT: f64 = 1e-7;
+pub(super) const LEAST_PIVOT: f64 = 1e-7;
 
 /// Squared relative distance that divides the inner neighbours from the outer ones: the inner ones are the first of two
 /// rings, or the first three of five.
-const INNER: f64 = 0.5;
+pub(super) const INNER: f64 = 0.5;
+
+/// Fewer inner neighbours than coefficients determine nothing. Their last pivot is zero, and rounding that smaller pivots before it
+/// have magnified must not say otherwise.
+pub(super) const LEAST_INNER: usize = 5;
 
 /// Standard errors taken as the bound for noise in the worse of two curvatures. Together with the bias estimate this is on
 /// the safe side: on jittered tori, clean and with noise, the stated error held at 99 % of the vertices and more.
-const CONFIDENCE: f64 = 2.2;
+pub(super) const CONFIDENCE: f64 = 2.2;
 
 pub(crate) fn estimate_vertex(
     prepared: &Prepared<'_>,
@@ -28,7 +32,7 @@ pub(crate) fn estimate_vertex(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    let frame = Frame::around(prepared.normals[vertex as usize]);
+    let frame = Frame::around(prepared.normal(vertex));
     enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
         let gathered = scratch.walker.gather(vertex, neighbourhood).len();
         let inner = weigh(prepared, vertex, &frame, scratch);
@@ -58,9 +62,9 @@ fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scra
     let members = walker.members();
     let offset = |member: u32| prepared.positions[member as usize] - origin;
     let push = |points: &mut Points, member: u32, squared: f64| {
-        let facing = frame.n.dot(&prepared.normals[member as usize]);
+        let facing = frame.n.dot(&prepared.normal(member));
         if facing > 0.0 {
-            points.push(&offset(member), facing * (1.0 - 0.9 * squared));
+            points.push(&offset(member), facing * weight(squared));
         }
     };
     points.clear(members.len());
@@ -68,10 +72,10 @@ fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scra
     if let Some((&seed_end, ring_ends)) = walker.ring_ends().split_first() {
         let mut start = seed_end;
         for (index, &end) in ring_ends.iter().enumerate() {
-            let relative = (index + 1) as f64 / ring_ends.len() as f64;
-            members[start..end].iter().for_each(|&member| push(points, member, relative * relative));
+            let (squared, _) = ring_weight(index + 1, ring_ends.len());
+            members[start..end].iter().for_each(|&member| push(points, member, squared));
             start = end;
-            if relative * relative < INNER {
+            if squared < INNER {
                 inner = points.len();
             }
         }
@@ -95,6 +99,16 @@ fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scra
     inner
 }
 
+/// Squared relative distance of the members of a ring, and their weight before they face anywhere.
+pub(super) fn ring_weight(ring: usize, rings: usize) -> (f64, f64) {
+    let relative = ring as f64 / rings as f64;
+    (relative * relative, weight(relative * relative))
+}
+
+fn weight(squared: f64) -> f64 {
+    1.0 - 0.9 * squared
+}
+
 /// The curvature of all points together and its estimated error; `None` if they do not determine it.
 fn fit(points: &Points, inner: usize, frame: &Frame) -> Option<Attempt> {
     let length = points.extent()?;
@@ -106,7 +120,8 @@ fn fit(points: &Points, inner: usize, frame: &Frame) -> Option<Attempt> {
         return None;
     }
     let noise = CONFIDENCE * standard_error(&all, &solution, points.len()) / length;
-    let bias = near.solve(LEAST_PIVOT).map_or(0.0, |solution| {
+    let near_solution = if inner < LEAST_INNER { None } else { near.solve(LEAST_PIVOT) };
+    let bias = near_solution.map_or(0.0, |solution| {
         let (max, min) = curvatures_of_height(&solution.height, length);
         let change = (principal.kappa_max - max).abs().max((principal.kappa_min - min).abs());
         let (reach, near_reach) = (all.reach_squared(), near.reach_squared());

@@ -43,7 +43,7 @@ pub(super) fn enlarging(
     neighbourhood: Neighbourhood,
     mut attempt: impl FnMut(Neighbourhood) -> (usize, Attempt),
 ) -> VertexCurvature {
-    let outward = prepared.normals[vertex as usize];
+    let outward = prepared.normal(vertex);
     let mut status = Status::FewNeighbours;
     let mut previous = 0;
     for step in 0..=ENLARGEMENTS {
@@ -95,7 +95,7 @@ pub(super) fn grow_rings(
         // Empty for rings that are in the cloud already.
         for &member in &members[cloud.len().min(end)..end] {
             let offset = prepared.positions[member as usize] - origin;
-            cloud.push(&offset, &prepared.normals[member as usize], (ring * ring) as f64);
+            cloud.push(&offset, &prepared.normal(member), (ring * ring) as f64);
         }
     }
     reach_of_ring(walker, rings)
@@ -132,7 +132,7 @@ pub(super) fn gather(
     cloud.clear();
     cloud.reserve(order.len());
     for &(squared, member) in order.iter() {
-        cloud.push(&offset(member), &prepared.normals[member as usize], squared);
+        cloud.push(&offset(member), &prepared.normal(member), squared);
     }
     Reach { count: order.len(), farthest: order.last().map_or(1.0, |last| last.0.max(f64::MIN_POSITIVE)) }
 }

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use super::Neighbourhood;
 use crate::Vec3;
@@ -58,17 +59,27 @@ impl<'a> Walker<'a> {
             if level == end {
                 break; // The last ring was empty: the whole component is in.
             }
-            for index in level..end {
-                let vertex = self.members[index];
-                for &next in self.ring.row(vertex as usize) {
-                    if self.visit(next) {
-                        self.members.push(next);
-                    }
-                }
-            }
+            self.expand(level..end);
             self.ring_ends.push(self.members.len());
         }
         &self.members
+    }
+
+    /// Adds the unvisited neighbours of some members.
+    ///
+    /// Which of them are new nobody can foretell, the processor neither: so every one is written behind the members, and only
+    /// the new ones are counted. On five rings that takes 0.6 of the time of a branch.
+    fn expand(&mut self, range: Range<usize>) {
+        let Self { ring, stamp, generation, members, .. } = self;
+        let mut end = members.len();
+        for index in range {
+            let row = ring.row(members[index] as usize);
+            if members.len() < end + row.len() {
+                members.resize(2 * (end + row.len()), 0);
+            }
+            end += visit_all(row, stamp, *generation, &mut members[end..]);
+        }
+        members.truncate(end);
     }
 
     /// All vertices closer to `seed` than `radius` that a walk over edges reaches through such vertices.
@@ -155,6 +166,20 @@ impl<'a> Walker<'a> {
     }
 }
 
+/// Marks the vertices of a row and writes those that were not marked; how many those are. There must be room for all.
+#[inline]
+fn visit_all(row: &[u32], stamp: &mut [u32], generation: u32, to: &mut [u32]) -> usize {
+    let to = &mut to[..row.len()];
+    let mut count = 0;
+    for &vertex in row {
+        let stamp = &mut stamp[vertex as usize];
+        to[count] = vertex;
+        count += usize::from(*stamp != generation);
+        *stamp = generation;
+    }
+    count
+}
+
 /// A vertex outside the radius; the heap's greatest is the closest.
 #[derive(Debug, PartialEq)]
 struct Candidate {
@@ -179,14 +204,14 @@ impl PartialOrd for Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::neighbours_and_fans;
+    use crate::mesh::Survey;
     use crate::shapes;
 
     #[test]
     fn rings_of_a_triangle_grid_are_hexagons() {
         let mesh = shapes::plane(20, 20);
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
-        let (ring, _) = neighbours_and_fans(mesh.triangles(), &incident);
+        let ring = Survey::new(mesh.positions(), mesh.triangles(), &incident, 0.5).ring;
         let mut walker = Walker::new(mesh.positions(), &ring);
         let middle = 10 * 21 + 10;
         for (rings, expected) in [(0, 1), (1, 7), (2, 19), (5, 91)] {
@@ -202,7 +227,7 @@ mod tests {
         let mesh = shapes::plane(20, 20);
         let p = mesh.positions();
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), p.len());
-        let (ring, _) = neighbours_and_fans(mesh.triangles(), &incident);
+        let ring = Survey::new(mesh.positions(), mesh.triangles(), &incident, 0.5).ring;
         let mut walker = Walker::new(p, &ring);
         let seed = 8 * 21 + 7;
         let mut found = walker.within(seed, 0.23).to_vec();

@@ -1,5 +1,10 @@
 //! Which vertices and triangles meet at a vertex, in compressed rows.
 
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
+
+use rayon::prelude::*;
+
 use super::weld::index_u32;
 
 /// Compressed rows of `u32` indices: row `i` is `entries[offsets[i]..offsets[i + 1]]`.
@@ -17,36 +22,47 @@ impl Adjacency {
     /// If an index is out of range, or the triangles have more than `u32::MAX` corners.
     #[must_use]
     pub fn triangles_of_vertices(triangles: &[[u32; 3]], vertex_count: usize) -> Self {
-        let mut offsets = vec![0_u32; vertex_count + 1];
-        for triangle in triangles {
-            for vertex in distinct(*triangle) {
-                offsets[vertex as usize + 1] += 1;
+        // Parts of the triangles in order, each with its own place in every row: what part comes first does not matter then.
+        let size = triangles.len().div_ceil(parts(triangles.len())).max(1);
+        let count = |part: &[[u32; 3]]| {
+            let mut counts = vec![0_u32; vertex_count];
+            for triangle in part {
+                for_distinct(*triangle, |vertex| counts[vertex as usize] += 1);
             }
-        }
-        accumulate(&mut offsets);
-        let mut entries = vec![0_u32; offsets[vertex_count] as usize];
-        let mut next = offsets.clone();
-        for (index, triangle) in triangles.iter().enumerate() {
-            for vertex in distinct(*triangle) {
-                let slot = &mut next[vertex as usize];
-                entries[*slot as usize] = index_u32(index);
-                *slot += 1;
+            counts
+        };
+        let mut places: Vec<Vec<u32>> = triangles.par_chunks(size).map(count).collect();
+        let offsets = turn_to_places(&mut places, vertex_count);
+        let total = offsets[vertex_count] as usize;
+        // Relaxed atomics are plain memory that threads may share.
+        let entries: Vec<AtomicU32> = (0..total).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+        triangles.par_chunks(size).zip(&mut places).enumerate().for_each(|(part, (triangles, next))| {
+            for (index, triangle) in triangles.iter().enumerate() {
+                let index = index_u32(part * size + index);
+                for_distinct(*triangle, |vertex| {
+                    let place = &mut next[vertex as usize];
+                    entries[*place as usize].store(index, Relaxed);
+                    *place += 1;
+                });
             }
-        }
-        Self { offsets, entries }
+        });
+        Self { offsets, entries: entries.into_iter().map(AtomicU32::into_inner).collect() }
     }
 
     /// Concatenates blocks of rows, each the lengths of its rows and their entries.
-    pub(crate) fn from_blocks(blocks: Vec<(Vec<u32>, Vec<u32>)>) -> Self {
+    pub(crate) fn from_blocks(blocks: &[(Vec<u32>, Vec<u32>)]) -> Self {
         let rows = blocks.iter().map(|(lengths, _)| lengths.len()).sum::<usize>();
         let mut offsets = Vec::with_capacity(rows + 1);
         offsets.push(0);
         offsets.extend(blocks.iter().flat_map(|(lengths, _)| lengths));
         accumulate(&mut offsets);
-        let mut entries = Vec::with_capacity(offsets[rows] as usize);
+        let mut entries = vec![0; offsets[rows] as usize];
+        let mut rest = &mut entries[..];
+        let mut slices = Vec::with_capacity(blocks.len());
         for (_, block) in blocks {
-            entries.extend_from_slice(&block);
+            slices.push(rest.split_off_mut(..block.len()).expect("the lengths are those of the blocks"));
         }
+        slices.into_par_iter().zip(blocks).for_each(|(slice, (_, block))| slice.copy_from_slice(block));
         Self { offsets, entries }
     }
 
@@ -82,8 +98,37 @@ fn accumulate(offsets: &mut [u32]) {
     }
 }
 
-fn distinct([a, b, c]: [u32; 3]) -> impl Iterator<Item = u32> {
-    [Some(a), (b != a).then_some(b), (c != a && c != b).then_some(c)].into_iter().flatten()
+/// Parts that triangles are worked on in at the same time. Each costs a number per vertex.
+fn parts(triangles: usize) -> usize {
+    const LEAST: usize = 1 << 14;
+    const MOST: usize = 8;
+    (triangles / LEAST).clamp(1, rayon::current_num_threads().min(MOST))
+}
+
+/// Turns how many entries each part has for each row into where they start; where rows start.
+fn turn_to_places(parts: &mut [Vec<u32>], rows: usize) -> Vec<u32> {
+    let mut offsets = Vec::with_capacity(rows + 1);
+    let mut sum = 0_u32;
+    for row in 0..rows {
+        offsets.push(sum);
+        for part in &mut *parts {
+            let count = std::mem::replace(&mut part[row], sum);
+            sum = sum.checked_add(count).expect("a mesh has fewer than u32::MAX corners");
+        }
+    }
+    offsets.push(sum);
+    offsets
+}
+
+#[inline]
+fn for_distinct([a, b, c]: [u32; 3], mut visit: impl FnMut(u32)) {
+    visit(a);
+    if b != a {
+        visit(b);
+    }
+    if c != a && c != b {
+        visit(c);
+    }
 }
 
 #[cfg(test)]
@@ -98,5 +143,19 @@ mod tests {
         assert_eq!(incident.row(3), [1, 2]);
         assert!(incident.row(4).is_empty());
         assert_eq!(incident.len(), 5);
+    }
+
+    #[test]
+    fn rows_do_not_depend_on_the_number_of_threads() {
+        let mesh = crate::shapes::torus(1.0, 0.4, 160, 120);
+        let build = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len()))
+        };
+        let one = build(1);
+        assert!((0..one.len()).all(|v| one.row(v).is_sorted() && one.row(v).len() == 6));
+        for threads in [2, 3] {
+            assert_eq!(build(threads), one, "{threads} threads");
+        }
     }
 }

@@ -1,10 +1,5 @@
 //! The triangles around every vertex: how they are arranged, and which vertices they lead to.
 
-use rayon::prelude::*;
-
-use super::Adjacency;
-use super::weld::index_u32;
-
 /// How the triangles at one vertex are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Fan {
@@ -18,37 +13,9 @@ pub(crate) enum Fan {
     Empty,
 }
 
-/// Vertices handled by one task: enough to make its vectors worth their allocation.
-const BLOCK: usize = 1 << 13;
-
-/// For every vertex its neighbours (those that share a triangle with it, ascending, without itself) and its fan.
-///
-/// Works from the triangles at each vertex alone, without a table of edges: linear time, and quadratic in the valence,
-/// which is 6 on average.
-pub(crate) fn neighbours_and_fans(triangles: &[[u32; 3]], incident: &Adjacency) -> (Adjacency, Vec<Fan>) {
-    let mut fans = vec![Fan::Empty; incident.len()];
-    let blocks: Vec<(Vec<u32>, Vec<u32>)> = fans
-        .par_chunks_mut(BLOCK)
-        .enumerate()
-        .map(|(block, fans)| {
-            let (mut lengths, mut entries) =
-                (Vec::with_capacity(fans.len()), Vec::with_capacity(7 * fans.len()));
-            let mut edges = Vec::new();
-            for (offset, fan) in fans.iter_mut().enumerate() {
-                let vertex = block * BLOCK + offset;
-                let start = entries.len();
-                *fan = visit(index_u32(vertex), incident.row(vertex), triangles, &mut edges, &mut entries);
-                lengths.push(index_u32(entries.len() - start));
-            }
-            (lengths, entries)
-        })
-        .collect();
-    (Adjacency::from_blocks(blocks), fans)
-}
-
 /// Appends the neighbours of a vertex to `ring` and classifies its fan. `edges` is scratch: the triangle sides opposite to
 /// the vertex, in the triangles' own direction.
-fn visit(
+pub(super) fn visit(
     vertex: u32,
     incident: &[u32],
     triangles: &[[u32; 3]],
@@ -128,10 +95,17 @@ fn arrange(edges: &mut [[u32; 2]]) -> Fan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Adjacency;
 
-    fn fan(triangles: &[[u32; 3]], vertex: usize) -> Fan {
+    fn visit_all(triangles: &[[u32; 3]], vertex: u32) -> (Fan, Vec<u32>) {
         let incident = Adjacency::triangles_of_vertices(triangles, 8);
-        neighbours_and_fans(triangles, &incident).1[vertex]
+        let (mut edges, mut ring) = (Vec::new(), Vec::new());
+        let fan = visit(vertex, incident.row(vertex as usize), triangles, &mut edges, &mut ring);
+        (fan, ring)
+    }
+
+    fn fan(triangles: &[[u32; 3]], vertex: u32) -> Fan {
+        visit_all(triangles, vertex).0
     }
 
     #[test]
@@ -159,11 +133,8 @@ mod tests {
     #[test]
     fn neighbours_include_those_over_degenerate_triangles() {
         let triangles = [[0, 1, 2], [0, 2, 3], [3, 3, 1]];
-        let incident = Adjacency::triangles_of_vertices(&triangles, 5);
-        let (ring, fans) = neighbours_and_fans(&triangles, &incident);
-        assert_eq!(ring.row(0), [1, 2, 3]);
-        assert_eq!(ring.row(3), [0, 1, 2]);
-        assert_eq!((ring.row(4), ring.len()), (&[][..], 5));
-        assert_eq!(fans, [Fan::Open, Fan::Open, Fan::Open, Fan::Open, Fan::Empty]);
+        assert_eq!(visit_all(&triangles, 0), (Fan::Open, vec![1, 2, 3]));
+        assert_eq!(visit_all(&triangles, 3), (Fan::Open, vec![0, 1, 2]));
+        assert_eq!(visit_all(&triangles, 4), (Fan::Empty, vec![]));
     }
 }

@@ -1,16 +1,19 @@
 //! Triangle meshes as files hold them, and the surface under their seams.
 
 mod adjacency;
+mod closed_fan;
 mod fans;
 mod normals;
+mod survey;
 mod topology;
 mod triangle_mesh;
 mod uv;
 mod weld;
 
 pub use adjacency::Adjacency;
-pub(crate) use fans::{Fan, neighbours_and_fans};
+pub(crate) use fans::Fan;
 pub use normals::{angle_weighted_normals, area_weighted_normals, smooth_normals, triangle_normal};
+pub(crate) use survey::Survey;
 pub use topology::{Orientation, Topology};
 pub use triangle_mesh::{Material, Mesh, MeshError, Part, TextureImage};
 pub use uv::{UvJacobian, uv_jacobian, uv_scale};

@@ -24,29 +24,32 @@ pub fn triangle_normal([a, b, c]: [Vec3; 3]) -> Option<Vec3> {
 /// knows of its own triangles only: what lies elsewhere, however far, changes no bit.
 #[must_use]
 pub fn area_weighted_normals(positions: &[Vec3], triangles: &[[u32; 3]], incident: &Adjacency) -> Vec<Vec3> {
-    let sum = |vertex: usize, scale: f64| -> Vec3 {
+    let normal = |vertex: usize| area_weighted_normal(positions, triangles, incident.row(vertex));
+    (0..incident.len()).into_par_iter().with_min_len(1024).map(normal).collect()
+}
+
+/// That of one vertex, given its triangles.
+pub(super) fn area_weighted_normal(positions: &[Vec3], triangles: &[[u32; 3]], row: &[u32]) -> Vec3 {
+    let sum = |scale: f64| -> Vec3 {
         let doubled_area = |&index: &u32| {
             let [a, b, c] = triangles[index as usize].map(|v| positions[v as usize] * scale);
             (b - a).cross(&(c - a))
         };
-        incident.row(vertex).iter().map(doubled_area).sum()
+        row.iter().map(doubled_area).sum()
     };
-    let normal = |vertex: usize| {
-        let plain = sum(vertex, 1.0);
-        let squared = plain.norm_squared();
-        if (1e-200..1e200).contains(&squared) {
-            return plain / squared.sqrt();
-        }
-        // Products of edges over- or underflow, or there is no area. A power of two scales without rounding.
-        let side = |&index: &u32| {
-            let [a, b, c] = triangles[index as usize].map(|v| positions[v as usize] * 0.5);
-            (b - a).amax().max((c - a).amax())
-        };
-        let size = incident.row(vertex).iter().map(side).fold(0.0, f64::max);
-        let scale = (-size.log2().round()).clamp(-1020.0, 1020.0).exp2();
-        unit(sum(vertex, scale)).unwrap_or_else(Vec3::zeros)
+    let plain = sum(1.0);
+    let squared = plain.norm_squared();
+    if (1e-200..1e200).contains(&squared) {
+        return plain / squared.sqrt();
+    }
+    // Products of edges over- or underflow, or there is no area. A power of two scales without rounding.
+    let side = |&index: &u32| {
+        let [a, b, c] = triangles[index as usize].map(|v| positions[v as usize] * 0.5);
+        (b - a).amax().max((c - a).amax())
     };
-    (0..incident.len()).into_par_iter().with_min_len(1024).map(normal).collect()
+    let size = row.iter().map(side).fold(0.0, f64::max);
+    let scale = (-size.log2().round()).clamp(-1020.0, 1020.0).exp2();
+    unit(sum(scale)).unwrap_or_else(Vec3::zeros)
 }
 
 /// Unit vertex normals, each the sum of the incident triangles' normals weighted by their angles at the vertex

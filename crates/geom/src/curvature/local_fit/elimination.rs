@@ -66,7 +66,7 @@ pub(super) fn solve(moments: &Moments, degree: usize, least_pivot: f64) -> [Opti
 macro_rules! elimination {
     ($name:ident $(, $feature:literal)?) => {
         mod $name {
-            use super::super::lanes::$name::{load, mul, splat, store, sub};
+            use crate::curvature::lanes::$name::{load, mul, splat, store, sub};
             use super::{Moments, Polynomial, Sums, UNKNOWNS, assemble};
 
             $(#[target_feature(enable = $feature)])?

@@ -64,7 +64,7 @@ pub(super) fn accumulate<const DEGREE: usize>(cloud: &Cloud, count: usize, view:
 macro_rules! kernel {
     ($name:ident $(, $feature:literal)?) => {
         mod $name {
-            use super::super::lanes::$name::{Lane, add, div, load, max, mul, powers, splat, store, sub};
+            use crate::curvature::lanes::$name::{Lane, add, div, load, max, mul, powers, splat, store, sub};
             use super::{ABOVE, Cloud, Frame, HEIGHT_ROWS, MOMENT_ROWS, Moments, Vec3, View};
 
             $(#[target_feature(enable = $feature)])?

@@ -17,7 +17,6 @@
 mod cloud;
 mod elimination;
 mod kernel;
-mod lanes;
 
 pub(super) use cloud::Cloud;
 

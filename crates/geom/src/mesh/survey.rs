@@ -1,0 +1,210 @@
+//! What every vertex sees of its own triangles, in one pass: neighbours, fan, normal, and whether the surface turns there.
+
+use rayon::prelude::*;
+
+use super::closed_fan::ClosedFan;
+use super::fans::{self, Fan};
+use super::normals::area_weighted_normal;
+use super::weld::index_u32;
+use super::{Adjacency, triangle_normal};
+use crate::Vec3;
+
+/// Vertices handled by one task: enough to make its vectors worth their allocation.
+const BLOCK: usize = 1 << 13;
+
+/// The surroundings of every vertex.
+#[derive(Debug)]
+pub(crate) struct Survey {
+    /// The vertices that share a triangle with each vertex, ascending, without itself.
+    pub(crate) ring: Adjacency,
+    pub(crate) fans: Vec<Fan>,
+    /// Unit area-weighted normals, see [`usable_normal`].
+    pub(crate) normals: Vec<Vec3>,
+    /// Vertices, ascending, where two triangles that share an edge may turn by more than the survey's angle. All others are
+    /// known not to.
+    pub(crate) turning: Vec<u32>,
+}
+
+/// What one task found about its vertices.
+#[derive(Debug, Default)]
+struct Block {
+    lengths: Vec<u32>,
+    entries: Vec<u32>,
+    turning: Vec<u32>,
+}
+
+impl Survey {
+    /// Visits all vertices, given the triangles at each; `least_cosine` is that of the angle that [`turning`](Self::turning) is
+    /// about, less than 90 degrees.
+    pub(crate) fn new(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        incident: &Adjacency,
+        least_cosine: f64,
+    ) -> Self {
+        let mut fans = vec![Fan::Empty; incident.len()];
+        let mut normals = vec![Vec3::zeros(); incident.len()];
+        let surveyor = Surveyor { positions, triangles, incident, least_cosine };
+        let blocks: Vec<Block> = fans
+            .par_chunks_mut(BLOCK)
+            .zip(normals.par_chunks_mut(BLOCK))
+            .enumerate()
+            .map(|(block, (fans, normals))| surveyor.survey(block * BLOCK, fans, normals))
+            .collect();
+        let turning = blocks.iter().flat_map(|block| &block.turning).copied().collect();
+        let rows: Vec<_> = blocks.into_iter().map(|block| (block.lengths, block.entries)).collect();
+        let ring = Adjacency::from_blocks(&rows);
+        Self { ring, fans, normals, turning }
+    }
+}
+
+struct Surveyor<'a> {
+    positions: &'a [Vec3],
+    triangles: &'a [[u32; 3]],
+    incident: &'a Adjacency,
+    least_cosine: f64,
+}
+
+impl Surveyor<'_> {
+    fn survey(&self, first: usize, fans: &mut [Fan], normals: &mut [Vec3]) -> Block {
+        let mut block = Block {
+            lengths: Vec::with_capacity(fans.len()),
+            entries: Vec::with_capacity(7 * fans.len()),
+            turning: Vec::new(),
+        };
+        let mut edges = Vec::new();
+        for (offset, (fan, normal)) in fans.iter_mut().zip(normals).enumerate() {
+            let vertex = first + offset;
+            let row = self.incident.row(vertex);
+            let start = block.entries.len();
+            let closed = ClosedFan::new(index_u32(vertex), row, self.triangles);
+            let flat = if let Some(closed) = closed {
+                *fan = Fan::Closed;
+                closed.push_sorted(&mut block.entries);
+                let (sum, flat) = closed.area_and_flatness(vertex, self.positions, self.least_cosine);
+                *normal = self.unit(vertex, sum);
+                flat
+            } else {
+                *fan = fans::visit(index_u32(vertex), row, self.triangles, &mut edges, &mut block.entries);
+                *normal = self.usable_normal(vertex);
+                self.is_flat(row)
+            };
+            if !flat {
+                block.turning.push(index_u32(vertex));
+            }
+            block.lengths.push(index_u32(block.entries.len() - start));
+        }
+        block
+    }
+
+    /// Whether no two triangles of an unusual vertex turn; no, if that would take long to say.
+    fn is_flat(&self, row: &[u32]) -> bool {
+        const MOST: usize = 16;
+        if row.len() > MOST {
+            return false;
+        }
+        let mut normals = [Vec3::zeros(); MOST];
+        for (normal, &t) in normals.iter_mut().zip(row) {
+            let corners = self.triangles[t as usize].map(|v| self.positions[v as usize]);
+            *normal = triangle_normal(corners).unwrap_or_default();
+        }
+        let normals = &normals[..row.len()];
+        let turns = |a: &Vec3, b: &Vec3| a.dot(b) <= self.least_cosine + 1e-9;
+        !normals.iter().enumerate().any(|(i, a)| normals[..i].iter().any(|b| turns(a, b)))
+    }
+
+    fn unit(&self, vertex: usize, sum: Vec3) -> Vec3 {
+        let squared = sum.norm_squared();
+        // Otherwise products of edges over- or underflow, areas cancel, or a triangle is a needle.
+        if (1e-200..1e200).contains(&squared) { sum / squared.sqrt() } else { self.usable_normal(vertex) }
+    }
+
+    /// The area-weighted normal with a stand-in where the incident triangles' cancel (double-sided leftovers): the normal of
+    /// the first that has one. Zero where there is none.
+    fn usable_normal(&self, vertex: usize) -> Vec3 {
+        let row = self.incident.row(vertex);
+        let normal = area_weighted_normal(self.positions, self.triangles, row);
+        if normal != Vec3::zeros() {
+            return normal;
+        }
+        let corners = |&t: &u32| self.triangles[t as usize].map(|v| self.positions[v as usize]);
+        row.iter().find_map(|t| triangle_normal(corners(t))).unwrap_or_else(Vec3::zeros)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Mesh, Topology, area_weighted_normals};
+    use crate::shapes;
+
+    fn survey(mesh: &Mesh, least_cosine: f64) -> (Survey, Adjacency) {
+        let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
+        (Survey::new(mesh.positions(), mesh.triangles(), &incident, least_cosine), incident)
+    }
+
+    /// Irregular, noisy, with a boundary, a doubled triangle, a vertex of high valence and one without triangles.
+    fn difficult() -> Mesh {
+        let plane = shapes::study::add_noise(&shapes::plane(12, 9), 0.3, 5);
+        let (mut positions, mut triangles) = (plane.positions().to_vec(), plane.triangles().to_vec());
+        triangles.push(triangles[40]);
+        let hub = index_u32(positions.len());
+        positions.push(Vec3::new(5.0, 0.0, 0.5));
+        positions.extend((0..21).map(|i| Vec3::new(5.0 + f64::from(i).cos(), f64::from(i).sin(), 0.0)));
+        triangles.extend((1..21).map(|i| [hub, hub + i, hub + i + 1]));
+        positions.push(Vec3::zeros());
+        Mesh::new(positions, triangles).unwrap()
+    }
+
+    #[test]
+    fn rings_fans_and_normals_are_those_of_the_long_way() {
+        for mesh in [difficult(), shapes::icosphere(2.0, 3)] {
+            let (found, incident) = survey(&mesh, 0.7);
+            let normals = area_weighted_normals(mesh.positions(), mesh.triangles(), &incident);
+            let mut edges = Vec::new();
+            for (vertex, normal) in normals.iter().enumerate() {
+                let mut ring = Vec::new();
+                let fan = fans::visit(
+                    index_u32(vertex),
+                    incident.row(vertex),
+                    mesh.triangles(),
+                    &mut edges,
+                    &mut ring,
+                );
+                assert_eq!((found.fans[vertex], found.ring.row(vertex)), (fan, &ring[..]), "vertex {vertex}");
+                // Sums of a few terms in another order.
+                let apart = (found.normals[vertex] - normal).norm();
+                assert!(apart < 1e-14, "vertex {vertex}: {apart:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_turn_is_missed_and_none_is_seen_on_a_smooth_surface() {
+        let mesh = difficult();
+        let topology = Topology::new(mesh.triangles());
+        let normals: Vec<_> = (0..mesh.triangles().len()).map(|t| triangle_normal(mesh.corners(t))).collect();
+        for least_cosine in [0.5, 0.766, 0.95, 0.999] {
+            let turning = survey(&mesh, least_cosine).0.turning;
+            assert!(turning.is_sorted());
+            let mut turns = 0;
+            for (index, triangle) in mesh.triangles().iter().enumerate() {
+                for side in 0..3 {
+                    let Some((other, _)) = topology.across(index, side) else { continue };
+                    let Some((one, two)) = normals[index].zip(normals[other]) else { continue };
+                    if one.dot(&two) > least_cosine {
+                        continue;
+                    }
+                    turns += 1;
+                    for end in [triangle[side], triangle[(side + 1) % 3]] {
+                        assert!(turning.contains(&end), "cosine {least_cosine}, vertex {end}");
+                    }
+                }
+            }
+            assert!(turns > 0, "cosine {least_cosine}");
+        }
+        for smooth in [shapes::icosphere(1.0, 3), shapes::torus(1.0, 0.4, 60, 30), shapes::plane(9, 9)] {
+            assert!(survey(&smooth, 0.766).0.turning.is_empty());
+        }
+    }
+}
