@@ -23,6 +23,8 @@ mod task;
 #[cfg(test)]
 mod tests;
 mod texture;
+#[cfg(test)]
+mod torch;
 mod trainer;
 
 pub use bare_network::BareNetwork;
