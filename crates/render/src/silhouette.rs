@@ -10,12 +10,9 @@ use glam::{Mat2, Vec2, Vec3};
 use osculate_geom::rays::{Hit, SurfacePoint};
 use osculate_sbtf::Query;
 
-use crate::math::{Frame, cosine_hemisphere};
+use crate::math::Frame;
 use crate::prepared::Prepared;
 use crate::scene::{QueryForm, SilhouetteMaterial};
-
-/// Share of sampled directions that are uniform over the sphere, so that light from below the horizon is found too.
-const SPHERE_SHARE: f32 = 0.1;
 
 /// Where a ray enters a bounding surface, and how its material is asked.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +23,11 @@ pub(crate) struct SilhouettePoint<'a> {
     pub frame: Frame,
     /// UV of tiles, per world unit along the frame's tangents.
     uv_from_tangent: Mat2,
+    /// Turns (and mirrors, if the UV are) the frame's tangents so that the way of the ray becomes that of its query. Directions to
+    /// the light are drawn in the turned frame, which keeps densities as they are.
+    turn: Mat2,
+    /// `wo` in the turned frame.
+    turned_wo: Vec3,
     query: Query,
     pub alpha: f32,
 }
@@ -51,6 +53,8 @@ impl<'a> SilhouettePoint<'a> {
             surface,
             frame,
             uv_from_tangent,
+            turn: Mat2::IDENTITY,
+            turned_wo: Vec3::Z,
             query: Query { uv, wo: Vec3::Z, wi: Vec3::Z, kappa_hat: 0.0 },
             alpha: 0.0,
         };
@@ -78,6 +82,10 @@ impl<'a> SilhouettePoint<'a> {
         let size = self.material.tile_size;
         let rate = (q.length() * size).clamp(1e-3, 1e3);
         let azimuth = q.try_normalize().unwrap_or(forward);
+        let mirrored = if self.uv_from_tangent.determinant() < 0.0 { -1.0 } else { 1.0 };
+        self.turn = Mat2::from_cols(azimuth, mirrored * azimuth.perp())
+            * Mat2::from_cols(forward, forward.perp()).transpose();
+        self.turned_wo = (self.turn * tangential).extend(local.z);
         self.query.wo = (-rate * sine * azimuth).extend(local.z).normalize();
         self.query.kappa_hat = kappa * size / (rate * rate);
         self.alpha = self.material.btf.alpha(self.query.uv, self.query.wo, self.query.kappa_hat);
@@ -99,29 +107,19 @@ impl<'a> SilhouettePoint<'a> {
         let local = self.frame.local_from_world(wi);
         let tangent = self.uv_from_tangent * local.truncate() * self.material.tile_size;
         let query = Query { wi: tangent.extend(local.z).normalize(), ..self.query };
-        (self.material.btf.eval(&query).rgb, density(local.z))
+        let turned = (self.turn * local.truncate()).extend(local.z);
+        let pdf = self.material.sampler.pdf(self.query.uv, self.turned_wo, turned);
+        (self.material.btf.eval(&query).rgb, pdf)
     }
 
     /// Draws a direction: world direction, reflected radiance over density, and density.
     pub(crate) fn sample(&self, pick: f32, u: [f32; 2]) -> Option<(Vec3, Vec3, f32)> {
-        let local = if pick < SPHERE_SHARE {
-            let z = 1.0 - 2.0 * u[0];
-            let (sin, cos) = (std::f32::consts::TAU * u[1]).sin_cos();
-            let r = (1.0 - z * z).max(0.0).sqrt();
-            Vec3::new(r * cos, r * sin, z)
-        } else {
-            cosine_hemisphere(u)
-        };
+        let (turned, _) = self.material.sampler.sample(self.query.uv, self.turned_wo, pick, u.into());
+        let local = (self.turn.transpose() * turned.truncate()).extend(turned.z);
         let wi = self.frame.world_from_local(local);
         let (value, pdf) = self.eval(wi);
         (pdf > 0.0 && value != Vec3::ZERO).then(|| (wi, value / pdf, pdf))
     }
-}
-
-/// Density of sampled directions with this cosine.
-fn density(cosine: f32) -> f32 {
-    const UNIFORM: f32 = 0.25 * std::f32::consts::FRAC_1_PI;
-    SPHERE_SHARE * UNIFORM + (1.0 - SPHERE_SHARE) * cosine.max(0.0) * std::f32::consts::FRAC_1_PI
 }
 
 /// UV per world unit along the tangents of a frame, from the triangle's plane; zero for triangles without area.
@@ -148,13 +146,5 @@ mod tests {
         assert!((rate * Vec2::X - Vec2::new(0.5, 0.0)).length() < 1e-6);
         assert!((rate * Vec2::Y - Vec2::new(0.0, -1.0)).length() < 1e-6);
         assert_eq!(uv_per_length([Vec3::ZERO; 3], uvs, &frame), Mat2::ZERO);
-    }
-
-    #[test]
-    fn density_of_directions_integrates_to_one() {
-        let n = 20_000;
-        let z = |i: i32| -1.0 + 2.0 * (i as f32 + 0.5) / n as f32;
-        let sum: f32 = (0..n).map(|i| density(z(i)) * 2.0 / n as f32 * std::f32::consts::TAU).sum();
-        assert!((sum - 1.0).abs() < 1e-3, "{sum}");
     }
 }

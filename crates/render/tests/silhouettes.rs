@@ -14,6 +14,7 @@ use osculate_render::scene::{DirectionalCurvature, QueryForm, RayCurvature, Silh
 use osculate_render::{
     Environment, Light, Material, MeshInstance, RectangleLight, RenderOptions, Scene, StopRule, Strategy,
 };
+use osculate_sbtf::sampling::Sampler;
 use osculate_sbtf::{Answer, Query, SilhouetteBtf};
 use support::{assert_agree, independent, mean_and_error, object, plane, run, scene};
 
@@ -93,6 +94,7 @@ fn instance(kind: Kind) -> MeshInstance {
         depth: DEPTH / tile_size,
         tiles: [scale / tile_size; 2],
         tile_size,
+        sampler: Arc::new(Sampler::cosine()),
         query: QueryForm::Chord,
     };
     let material = Material { silhouette: Some(silhouette), ..Material::default() };

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use osculate_sbtf::SilhouetteBtf;
+use osculate_sbtf::sampling::Sampler;
 use serde::{Deserialize, Serialize};
 
 /// A material whose query knows the curvature of the surface it lies under. It shades front faces only and may let rays pass.
@@ -17,6 +18,8 @@ pub struct SilhouetteMaterial {
     pub tiles: [f32; 2],
     /// World length of a tile, positive: with [`Self::depth`] it fixes how deep the material is in the world.
     pub tile_size: f32,
+    /// Where directions to the light are drawn from.
+    pub sampler: Arc<Sampler>,
     /// What is handed over of the ray's way.
     pub query: QueryForm,
 }

@@ -8,6 +8,7 @@ use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::infer::Material as Model;
 use osculate_sbtf::micro::{Geometry, Microstructure};
 use osculate_sbtf::oracle::{Oracle, OracleOptions};
+use osculate_sbtf::sampling::Sampler;
 
 use super::checker::Checker;
 use super::file::{MaterialSection, SceneFileError, Shell};
@@ -16,6 +17,7 @@ use super::{QueryForm, SilhouetteMaterial};
 /// A silhouette BTF that a scene file names, before it is known which mesh it goes on.
 pub(super) struct SilhouetteChoice {
     btf: Arc<dyn SilhouetteBtf + Send + Sync>,
+    sampler: Arc<Sampler>,
     depth: f32,
     tiles: [f32; 2],
     tile_size: Option<f32>,
@@ -31,8 +33,8 @@ impl SilhouetteChoice {
     pub(super) fn on_mesh(&self, mesh: &Mesh, scale: f32, query: QueryForm) -> Option<SilhouetteMaterial> {
         mesh.uv_sets().first()?;
         let tile_size = self.shell(scale).tile_size_on(mesh)?;
-        let btf = Arc::clone(&self.btf);
-        Some(SilhouetteMaterial { btf, depth: self.depth, tiles: self.tiles, tile_size, query })
+        let (btf, sampler) = (Arc::clone(&self.btf), Arc::clone(&self.sampler));
+        Some(SilhouetteMaterial { btf, depth: self.depth, tiles: self.tiles, tile_size, sampler, query })
     }
 }
 
@@ -50,6 +52,7 @@ impl MaterialSection {
         if let Some(size) = self.tile_size {
             check.range(&key("tile_size"), size, f32::MIN_POSITIVE, f32::MAX)?;
         }
+        let mut sampler = None;
         let (btf, depth) = match (&self.model, &self.oracle) {
             (None, None) => return Ok(None),
             (Some(_), Some(oracle)) => {
@@ -59,11 +62,13 @@ impl MaterialSection {
                 let file = ModelFile::read(&check.folder.join(path))
                     .map_err(|e| check.error(&key("model"), path.display(), e))?;
                 let depth = file.model.architecture.depth;
+                sampler.clone_from(&file.sampler);
                 (Arc::new(Model::new(&file.model)) as Arc<dyn SilhouetteBtf + Send + Sync>, depth)
             }
             (None, Some(_)) => self.read_oracle(check, &key)?,
         };
-        Ok(Some(SilhouetteChoice { btf, depth, tiles: self.tiles, tile_size: self.tile_size }))
+        let sampler = Arc::new(sampler.unwrap_or_else(Sampler::cosine));
+        Ok(Some(SilhouetteChoice { btf, sampler, depth, tiles: self.tiles, tile_size: self.tile_size }))
     }
 
     fn read_oracle(

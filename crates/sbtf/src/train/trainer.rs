@@ -80,6 +80,16 @@ pub fn train(
     Run::new(form, options, source, control).all(None)
 }
 
+/// What a checkpoint's run is of: its form and its options.
+///
+/// # Errors
+///
+/// If the file is no checkpoint.
+pub fn of_checkpoint(path: &Path) -> Result<(Architecture, TrainOptions), TrainError> {
+    let header = Checkpoint::read(path)?.header;
+    Ok((header.architecture, header.options))
+}
+
 /// Goes on with a run from its checkpoint. The model is, bit for bit, what the run would have given uninterrupted, if the
 /// source is the same.
 ///

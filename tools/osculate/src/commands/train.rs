@@ -3,16 +3,16 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use osculate_sbtf::file::{MicrostructureSource, ModelFile, Provenance};
 use osculate_sbtf::infer::{Material, Precision, StoredModel};
 use osculate_sbtf::micro::{Geometry, Microstructure};
-use osculate_sbtf::model::{Architecture, Model, OpacityHead};
+use osculate_sbtf::model::{Architecture, CurvatureInput, Model, OpacityHead};
 use osculate_sbtf::patch::{DatasetOptions, PatchDataset};
 use osculate_sbtf::sampling::{FitOptions, fit};
 use osculate_sbtf::train::{
-    Control, Progress, Scores, Stage, Supervision, TrainOptions, TrainReport, resume, train,
+    Control, Progress, Scores, Stage, Supervision, TrainOptions, TrainReport, of_checkpoint, resume, train,
 };
 use serde::Serialize;
 
@@ -135,17 +135,18 @@ struct Summary {
 pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
     check(args)?;
     let micro = load_micro(&args.micro, args.depth, console)?;
-    let form = architecture(args, &micro)?;
-    let data = DatasetOptions {
-        kappa_range: flat_if_neumip(args.form, form.kappa_range),
-        seed: args.seed,
-        ..Default::default()
+    let checkpoint = checkpoint_path(&args.output);
+    let saved = args.resume.then(|| of_checkpoint(&checkpoint)).transpose()?;
+    let form = match &saved {
+        Some((form, _)) => form.clone(),
+        None => architecture(args, &micro)?,
     };
+    let seed = saved.as_ref().map_or(args.seed, |(_, options)| options.seed);
+    let data = DatasetOptions { kappa_range: seen(&form), seed, ..Default::default() };
     let source = {
         let _step = console.step("preparing the microstructure");
         PatchDataset::new(&micro, data).with_context(|| args.micro.clone())?
     };
-    let checkpoint = checkpoint_path(&args.output);
     let began = std::time::Instant::now();
     let bar = console.steps("training", 1000);
     let mut watch = |progress: &Progress| {
@@ -154,13 +155,13 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
         ControlFlow::Continue(())
     };
     let mut control = Control { checkpoint: Some(&checkpoint), progress: &mut watch };
-    let (model, report, options) = if args.resume {
-        let (model, report) = resume(&checkpoint, &source, &mut control)?;
-        (model, report, TrainOptions::default())
-    } else {
-        let options = options(args, &form, &source);
-        let (model, report) = train(&form, &options, &source, &mut control)?;
-        (model, report, options)
+    let (options, (model, report)) = match saved {
+        Some((_, options)) => (options, resume(&checkpoint, &source, &mut control)?),
+        None => {
+            let options = options(args, &form, &source);
+            let trained = train(&form, &options, &source, &mut control)?;
+            (options, trained)
+        }
     };
     drop(bar);
     let summary = Summary {
@@ -248,9 +249,9 @@ fn architecture(args: &TrainArgs, micro: &Microstructure) -> Result<Architecture
     Ok(form)
 }
 
-/// NeuMIP is trained on flat patches.
-fn flat_if_neumip(form: Form, range: [f32; 2]) -> [f32; 2] {
-    if form == Form::Neumip { [0.0, 0.0] } else { range }
+/// Curvatures that the training sees: none but 0 for networks that do not know the curvature, as NeuMIP has it.
+fn seen(form: &Architecture) -> [f32; 2] {
+    if form.curvature == CurvatureInput::Absent { [0.0, 0.0] } else { form.kappa_range }
 }
 
 fn options(args: &TrainArgs, form: &Architecture, source: &PatchDataset) -> TrainOptions {
