@@ -62,6 +62,20 @@ impl<T: Copy> Grid<T> {
         self.texels[row * self.width + column]
     }
 
+    /// The grid and its mirror images along u, v and both: it tiles, whatever it was. `turn` takes a value and the signs of the
+    /// mirrored axes, for values that have a direction.
+    #[must_use]
+    pub(crate) fn mirrored(&self, turn: impl Fn(T, f32, f32) -> T) -> Self {
+        let (width, height) = (2 * self.width, 2 * self.height);
+        let fold = |i: usize, n: usize| if i < n { (i, 1.0) } else { (2 * n - 1 - i, -1.0) };
+        let texel = |i: usize| {
+            let (x, sign_x) = fold(i % width, self.width);
+            let (y, sign_y) = fold(i / width, self.height);
+            turn(self.texel(x, y), sign_x, sign_y)
+        };
+        Self::new(width, height, (0..width * height).map(texel).collect())
+    }
+
     /// The four texels around a point and the position between them, for a bilinear lookup: `[[t00, t10], [t01, t11]]`.
     ///
     /// UV that are not finite look up the corner.

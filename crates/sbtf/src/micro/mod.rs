@@ -4,15 +4,22 @@
 
 mod colour;
 mod height_field;
+pub mod import;
 mod maps;
+pub mod measured;
 pub mod pattern;
 pub mod preview;
+mod provenance;
 mod recipes;
+mod seam;
+mod statistics;
 mod tile_mesh;
 
 pub use height_field::HeightField;
 pub use maps::{Grid, Maps, Reflectance};
 pub use recipes::{BUILTINS, Builtin, DEFAULT_RESOLUTION};
+pub use seam::{Seam, SeamReport};
+pub use statistics::{FieldReport, MeshReport, MicroReport, SlopeReport};
 pub use tile_mesh::{TileMesh, TileTriangle};
 
 /// A material's geometry and reflectance on one tile.

@@ -23,12 +23,12 @@ pub(super) fn build() -> TileMesh {
     let mut mesh = MeshBuilder::default();
     for k in 0..CROSSINGS {
         let middle = (k as f32 + 0.5) / CROSSINGS as f32;
-        let strand = Strand { run: Run::AlongU, half: RED, segments: 96, sides: 18, material: 0 };
+        let strand = Strand { run: Run::AlongU, half: RED, segments: 96, sides: 20, material: 0 };
         for (side, offset) in [-PAIR, PAIR].into_iter().enumerate() {
             let seed = hash(1, k, u32::try_from(side).unwrap_or_default());
             mesh.strand(&strand, |t| weave(t, middle + offset, k, 1.0), |p| fibre(p, seed));
         }
-        let strand = Strand { run: Run::AlongV, half: GREY, segments: 96, sides: 22, material: 1 };
+        let strand = Strand { run: Run::AlongV, half: GREY, segments: 96, sides: 24, material: 1 };
         // A quarter turn takes `aside` to -u; the strand belongs into the tile.
         mesh.strand(&strand, |t| weave(t, -middle, k, -1.0), |p| fibre(p, hash(2, k, 0)));
     }

@@ -141,3 +141,6 @@ fn texel_mean(index: usize, resolution: usize, texel: fn(Vec2) -> Texel) -> Texe
     }
     mean
 }
+
+#[cfg(test)]
+mod tests;

@@ -70,7 +70,7 @@ impl MeshBuilder {
                 })
                 .collect();
             if !previous.is_empty() {
-                self.join(&row, &previous, strand.material);
+                self.join(&previous, &row, strand.material);
             }
             previous = row;
         }

@@ -39,8 +39,8 @@ struct Tile {
 fn tile(uv: Vec2, shift: f32, seed: u64) -> Tile {
     let column = (PAIRS as f32 * uv.x - shift).floor();
     let own = hash(seed, lattice(column, PAIRS), 0);
-    // Lips do not line up exactly from column to column.
-    let along = COURSES as f32 * uv.y + 0.5 * shift + 0.14 * unit(own, 1);
+    // Lips do not line up exactly from column to column, and none lies along the border, where it would look like a seam.
+    let along = COURSES as f32 * uv.y + 0.3 + 0.5 * shift + 0.14 * unit(own, 1);
     let lip = along - along.floor();
     let id = hash(seed, lattice(column, PAIRS), 1 + lattice(along.floor(), COURSES));
     let lift = fall_from_lip(lip) * (0.85 + 0.3 * unit(id, 2));

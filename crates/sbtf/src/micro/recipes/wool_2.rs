@@ -9,6 +9,8 @@ use crate::micro::pattern::{fbm, hash, lattice, mix, noise, pick, rise, smooth_m
 
 /// Yarns along each axis; an even number, so that over and under alternate across the border.
 const YARNS: u32 = 6;
+/// Turns of a ply from one crossing to the next; times the yarns a whole number, so that they meet across the border.
+const TWIST: f32 = 2.5;
 
 pub(super) fn texel(uv: Vec2) -> Texel {
     let p = warp(uv, [5, 5], 2, 0.008, 1) * YARNS as f32;
@@ -36,6 +38,6 @@ fn strand(across: f32, along: f32, phase: f32) -> (f32, f32) {
     let over = (PI * (along - 0.5 + yarn + phase)).cos();
     // Flattened where it passes over, as cloth is pressed.
     let path = 0.36 * over * (1.15 - 0.15 * over);
-    let round = yarn::twisted(place, 2.2 * along, 3.0).map_or(-1.0, |r| path + 0.62 * r - 0.1);
+    let round = yarn::twisted(place, TWIST * along, 3.0).map_or(-1.0, |r| path + 0.62 * r - 0.1);
     (round.max(-0.55), yarn)
 }
