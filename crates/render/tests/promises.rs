@@ -8,7 +8,7 @@ use std::time::Duration;
 use glam::Vec3;
 use osculate_render::aov::{Aov, aovs};
 use osculate_render::output::{ExrLayer, exr_bytes, read_exr};
-use osculate_render::scene::{PreviewOptions, SceneFile};
+use osculate_render::scene::{MeshSource, PreviewOptions, SceneFile};
 use osculate_render::{
     Effects, Environment, Light, Material, MeshInstance, RenderOptions, Scene, StopRule, Strategy, plan,
 };
@@ -142,7 +142,10 @@ fn exr_round_trip_is_exact() {
 fn scene_files_are_checked_key_by_key() {
     let build = |text: &str| {
         let file = SceneFile::parse(text, "a.toml")?;
-        file.build(std::path::Path::new("a.toml"), &mut |path| Err(format!("no {}", path.display()).into()))
+        file.build(std::path::Path::new("a.toml"), &mut |request| match request.source {
+            MeshSource::File(path) => Err(format!("no {}", path.display()).into()),
+            MeshSource::Shape(shape) => Err(format!("no {shape}").into()),
+        })
     };
     let cases = [
         ("[image]\nwidht = 3", "widht"),
@@ -152,6 +155,14 @@ fn scene_files_are_checked_key_by_key() {
         ("[material.red]\nroughness = 1.5", "material.red.roughness = 1.5"),
         ("[[mesh]]\nfile = 'cow.obj'", "mesh[0].file = cow.obj: no cow.obj"),
         ("[[mesh]]\nfile = 'cow.obj'\nmaterial = 'blue'", "mesh[0].material = blue"),
+        ("[[mesh]]\nmaterial = 'blue'", "mesh[0].material = blue"),
+        ("[[mesh]]\nfile = 'a.obj'\nshape = 'torus:1,0.4'", "needs one of `file` and `shape`"),
+        ("[[mesh]]\nshape = 'torus:1,2'", "mesh[0].shape = torus:1,2"),
+        ("[material.wool]\nmodel = 'no.sbtf'", "material.wool.model = no.sbtf"),
+        ("[material.wool]\noracle = 'tweed'", "material.wool.oracle = tweed"),
+        ("[material.wool]\nmodel = 'a.sbtf'\noracle = 'wool-1'", "leave one out"),
+        ("[material.wool]\noracle = 'wool-1'\ntiles = [0.0, 1.0]", "material.wool.tiles (u) = 0"),
+        ("[material.wool]\noracle = 'wool-1'\noracle_samples = 0", "material.wool.oracle_samples = 0"),
         ("[[light]]\ntype = 'lamp'", "lamp"),
         (
             "[[light]]\ntype = 'directional'\ndirection = [0, 0, 0]\nirradiance = [1, 1, 1]",

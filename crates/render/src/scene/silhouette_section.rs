@@ -62,7 +62,7 @@ impl MaterialSection {
                 let file = ModelFile::read(&check.folder.join(path))
                     .map_err(|e| check.error(&key("model"), path.display(), e))?;
                 let depth = file.model.architecture.depth;
-                sampler.clone_from(&file.sampler);
+                sampler = file.sampler.clone();
                 (Arc::new(Model::new(&file.model)) as Arc<dyn SilhouetteBtf + Send + Sync>, depth)
             }
             (None, Some(_)) => self.read_oracle(check, &key)?,
