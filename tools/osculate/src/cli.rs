@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{bake, demo, inspect, render, study, verify};
+use crate::commands::{bake, demo, inspect, micro, render, study, verify};
 use crate::console::Console;
 use crate::report::Reporter;
 
@@ -26,6 +26,7 @@ Examples:
   osculate inspect cow.glb                          what is inside
   osculate verify cow.glb --analytic sphere:1       compare with a closed form
   osculate render cow.glb -o cow.png                a picture
+  osculate micro wool-1 -o wool.png                 a material: numbers and a picture
   osculate study curvature -o study --quick         error against time of every estimator
 
 Exit codes: 0 done; 1 a check did not hold; 2 bad input or usage, nothing was written.";
@@ -53,6 +54,7 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
     Render(render::RenderArgs),
+    Micro(micro::MicroArgs),
     Study(study::StudyArgs),
     Demo(demo::DemoArgs),
 }
@@ -83,6 +85,7 @@ impl Cli {
             Command::Inspect(args) => inspect::run(&args, &console, &reporter),
             Command::Verify(args) => verify::run(&args, &console, &reporter),
             Command::Render(args) => render::run(&args, &console, &reporter),
+            Command::Micro(args) => micro::run(&args, &console, &reporter),
             Command::Study(args) => study::run(&args, &console, &reporter),
             Command::Demo(args) => demo::run(&args, &console, &reporter),
         }
