@@ -6,6 +6,7 @@ import math
 import pathlib
 import struct
 import zipfile
+import zlib
 
 HERE = pathlib.Path(__file__).parent
 QUAD = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]
@@ -195,5 +196,48 @@ def sbtf():
         write("sbtf", f"small_{dtype}", struct.pack("<Q", len(text)) + text + bytes(offset))
 
 
-for make in (obj, ply, stl, gltf, npz, baked, scene, sbtf):
+def material():
+    write("material", "field", "height = \"h.png\"\ndepth = 0.1\nheight_range = [0, 1]\ninvert = true\ntiling = \"mirror\"\n"
+          "albedo = \"a.png\"\nalbedo_encoding = \"linear\"\nroughness = 0.5\nmetalness = \"m.png\"\nnormal = \"n.png\"\nnormal_y = \"down\"\n")
+    write("material", "mesh", "name = \"m\"\nmesh = \"m.obj\"\nperiod = [2, 2]\nup = \"y\"\ndepth = 0.1\nalbedo = [0.5, 0.4, 0.3]\n")
+    write("material", "builtin", "builtin = \"cave\"\nresolution = 64\n")
+    image = "[[image]]\nfile = \"0.png\"\ndirection = [0, 0.5, 1]\nintensity = 2\n"
+    write("material", "lights", "encoding = \"srgb\"\nroughness = 0.5\n" + 3 * image)
+    write("material", "plain", "encoding linear\na.png 1 0 1\nb.png 0 1 1 2 # two\nc.png 0 0 1\n")
+
+
+def png(bits, colour, row):
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    header = struct.pack(">IIBBBBB", 2, 2, bits, colour, 0, 0, 0)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(2 * (b"\0" + row))) + chunk(b"IEND", b""))
+
+
+def exr():
+    """Two by two texels of one float channel, not compressed."""
+    def attribute(name, kind, data):
+        return name + b"\0" + kind + b"\0" + struct.pack("<i", len(data)) + data
+    box = struct.pack("<4i", 0, 0, 1, 1)
+    channels = b"Y\0" + struct.pack("<iB3xii", 2, 0, 1, 1) + b"\0"
+    header = b"".join([
+        attribute(b"channels", b"chlist", channels), attribute(b"compression", b"compression", b"\0"),
+        attribute(b"dataWindow", b"box2i", box), attribute(b"displayWindow", b"box2i", box),
+        attribute(b"lineOrder", b"lineOrder", b"\0"), attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1)),
+        attribute(b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0)),
+        attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1))]) + b"\0"
+    start = struct.pack("<ii", 20000630, 2) + header
+    lines = [struct.pack("<ii2f", y, 8, 0.25, y) for y in range(2)]
+    offsets = [len(start) + 16 + 16 * y for y in range(2)]
+    return start + struct.pack("<2Q", *offsets) + b"".join(lines)
+
+
+def maps():
+    write("map", "grey8", png(8, 0, b"\x10\x20"))
+    write("map", "grey16", png(16, 0, b"\x10\x20\x30\x40"))
+    write("map", "bits", png(1, 0, b"\x80"))
+    write("map", "rgba", png(8, 6, bytes(range(8))))
+    write("map", "floats", exr())
+
+
+for make in (obj, ply, stl, gltf, npz, baked, scene, sbtf, material, maps):
     make()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{bake, demo, eval, inspect, render, study, train, verify};
+use crate::commands::{bake, demo, eval, inspect, micro, render, study, train, verify};
 use crate::console::Console;
 use crate::report::Reporter;
 
@@ -26,6 +26,7 @@ Examples:
   osculate inspect cow.glb                          what is inside
   osculate verify cow.glb --analytic sphere:1       compare with a closed form
   osculate render cow.glb -o cow.png                a picture
+  osculate micro wool-1 -o wool.png                 a material: numbers and a picture
   osculate train stone-1 -o stone.sbtf              a neural material from a microstructure
   osculate eval stone.sbtf                          compare it with exact answers
   osculate study curvature -o study --quick         error against time of every estimator
@@ -55,6 +56,7 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
     Render(render::RenderArgs),
+    Micro(micro::MicroArgs),
     Train(train::TrainArgs),
     Eval(eval::EvalArgs),
     Study(study::StudyArgs),
@@ -87,6 +89,7 @@ impl Cli {
             Command::Inspect(args) => inspect::run(&args, &console, &reporter),
             Command::Verify(args) => verify::run(&args, &console, &reporter),
             Command::Render(args) => render::run(&args, &console, &reporter),
+            Command::Micro(args) => micro::run(&args, &console, &reporter),
             Command::Train(args) => train::run(&args, &console, &reporter),
             Command::Eval(args) => eval::run(&args, &console, &reporter),
             Command::Study(args) => study::run(&args, &console, &reporter),

@@ -4,6 +4,7 @@ pub mod bake;
 pub mod demo;
 pub mod eval;
 pub mod inspect;
+pub mod micro;
 pub mod render;
 pub mod study;
 pub mod study_filter;

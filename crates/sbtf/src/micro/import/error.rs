@@ -12,8 +12,7 @@ use super::raster::{MAX_SIDE, MAX_TEXELS};
 pub struct ImportError {
     /// The file, or the name that was asked for.
     pub path: PathBuf,
-    /// What is wrong with it.
-    #[source]
+    /// What is wrong with it; part of the message, and so no source of its own.
     pub problem: Problem,
 }
 

@@ -81,8 +81,8 @@ fn decode_codes(bytes: &[u8], format: ImageFormat) -> Result<Raster, Problem> {
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
     check_size(width, height)?;
-    let stored = decoder.original_color_type();
-    let bits = u8::try_from(stored.bits_per_pixel() / u16::from(stored.channel_count())).unwrap_or(u8::MAX);
+    // The decoder widens codes below 8 bits and does not say so; a PNG's first chunk does, which the decoder has checked.
+    let bits = if format == ImageFormat::Png { bytes.get(24).copied().unwrap_or(8) } else { 8 };
     let image = DynamicImage::from_decoder(decoder).map_err(damaged)?;
     let planes = if image.color().has_color() {
         let texels = image.into_rgb16().into_raw();
