@@ -27,6 +27,12 @@ impl Random {
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 * (1.0 / 16_777_216.0)
     }
+
+    /// The next number, uniform in `[-1, 1)`.
+    #[inline]
+    pub fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
 }
 
 /// The step and the finaliser of `SplitMix64`.

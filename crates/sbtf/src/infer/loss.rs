@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::{Material, Precision, StoredModel};
 use crate::model::Model;
 use crate::query::{Answer, Query, SilhouetteBtf};
+use crate::random::Random;
 
 /// How far a model with rounded textures is from the one with those of f32, over random queries.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -71,7 +72,7 @@ impl std::fmt::Display for ExportLoss {
 }
 
 fn questions(kappa_range: [f32; 2], count: usize, seed: u64) -> Vec<Query> {
-    let mut random = crate::sampling::Random(seed);
+    let mut random = Random::new(seed, 0, 0);
     let mut direction = |z: f32| {
         let (radius, angle) = ((1.0 - z * z).max(0.0).sqrt(), std::f32::consts::TAU * random.unit());
         (
@@ -79,7 +80,7 @@ fn questions(kappa_range: [f32; 2], count: usize, seed: u64) -> Vec<Query> {
             [random.unit(), random.unit(), random.unit()],
         )
     };
-    let mut z = crate::sampling::Random(!seed);
+    let mut z = Random::new(seed, 1, 0);
     (0..count)
         .map(|k| {
             let (wo, [u, v, t]) = direction(z.unit() * if k % 2 == 0 { 1.0 } else { 0.1 });

@@ -26,7 +26,7 @@ pub(super) fn test(
     count: usize,
     seed: u64,
 ) -> ChiSquare {
-    let mut random = crate::sampling::Random(seed);
+    let mut random = crate::random::Random::new(seed, 0, 0);
     let mut observed = vec![0.0; BINS[0] * BINS[1]];
     for _ in 0..count {
         let (wi, _) = sample(random.unit(), Vec2::new(random.unit(), random.unit()));

@@ -3,8 +3,9 @@
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Lobe, Random, Sampler};
+use super::{Lobe, Sampler};
 use crate::query::{Answer, Query, SilhouetteBtf};
+use crate::random::Random;
 
 /// What a fit looks at.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +117,7 @@ struct View {
 impl Views {
     /// Views in all cells and bands; lights from all lobes alike, so that sharp highlights are met.
     fn draw(material: &dyn SilhouetteBtf, options: &FitOptions, seed: u64) -> Self {
-        let (mut random, lights) = (Random(seed), options.lights.max(1));
+        let (mut random, lights) = (Random::new(seed, 0, 0), options.lights.max(1));
         let proposal = Sampler::new(LOBES.to_vec(), 1, [1, 1], vec![1.0 / LOBES.len() as f32; LOBES.len()])
             .expect("equal weights");
         let count = options.views.max(1) * options.bands.max(1) * options.cells.max(1).pow(2);

@@ -9,10 +9,8 @@
 mod chi_square;
 mod fit;
 mod lobe;
-mod random;
 mod sampler;
 
 pub use fit::{Candidate, FitOptions, SamplingFit, fit};
 pub use lobe::Lobe;
-pub(crate) use random::Random;
 pub use sampler::{Sampler, SamplerError};

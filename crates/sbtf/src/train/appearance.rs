@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::kernels::BLOCK;
 use super::learner::{Learner, Update};
 use super::options::{AppearanceLoss, ColourLoss, Supervision};
-use super::random::Random;
 use super::shard::{SHARD, Shard};
 use crate::model::{Architecture, CurvatureInput, OffsetForm, STEEPEST_RAY, azimuth};
+use crate::random::Random;
 use crate::samples::AppearanceBatch;
 
 /// The offset and colour modules while they learn.

@@ -1,7 +1,7 @@
 //! [`BareNetwork`]: the kernels on a network without textures, to be timed beside other programs.
 
 use super::kernels::{AdamStep, BLOCK, InstructionSet, ROW, Shape, adam, backward, drain, forward};
-use super::random::Random;
+use crate::random::Random;
 
 /// A network that learns random targets from random inputs by mean squared error, on one thread.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ impl BareNetwork {
     #[must_use]
     pub fn new(sizes: &[usize], samples: usize) -> Self {
         let shape = Shape::new(sizes.to_vec());
-        let mut random = Random::new(1, 0);
+        let mut random = Random::new(1, 0, 0);
         let mut numbers = |count: usize| -> Vec<f32> { (0..count).map(|_| random.signed()).collect() };
         let outputs = sizes[sizes.len() - 1];
         Self {

@@ -66,7 +66,7 @@ fn combine<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::train::random::Random;
+    use crate::random::Random;
 
     fn blurred(shape: TextureShape, sigma: f64, mut texture: Vec<f32>) -> Vec<f32> {
         let mut scratch = vec![0.0; shape.len()];
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn small_textures_keep_their_mean_and_symmetry() {
         let shape = TextureShape { width: 5, height: 3, channels: 1 };
-        let mut random = Random::new(1, 0);
+        let mut random = Random::new(1, 0, 0);
         let (a, b): (Vec<f32>, Vec<f32>) =
             ((0..15).map(|_| random.signed()).collect(), (0..15).map(|_| random.signed()).collect());
         let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>();

@@ -6,9 +6,9 @@ use super::appearance::AppearanceLearner;
 use super::learner::Update;
 use super::opacity::OpacityLearner;
 use super::options::TrainOptions;
-use super::random::Random;
 use super::task::Task;
 use crate::model::{Architecture, OpacityHead};
+use crate::random::Random;
 use crate::samples::SampleSource;
 
 /// Steps that are timed, after one that is not.
@@ -42,7 +42,7 @@ impl TrainOptions {
 
 /// Seconds that a step takes, its samples included.
 fn seconds<T: Task + Send>(form: &Architecture, options: &TrainOptions, source: &dyn SampleSource) -> f64 {
-    let mut task = T::fresh(form, options, &mut Random::new(options.seed, 0));
+    let mut task = T::fresh(form, options, &mut Random::new(options.seed, 0, 0));
     let (mut batch, mut next) = (T::Batch::default(), T::Batch::default());
     let (_, count) = T::amount(options);
     T::resize(&mut batch, count);

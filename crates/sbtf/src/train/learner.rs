@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::blur::{LEAST_SIGMA, blur};
 use super::kernels::{AdamStep, InstructionSet, Shape, adam};
-use super::random::Random;
 use super::texture::{Footprints, gather};
 use crate::model::{FeatureTexture, Layer, Mlp, Module, TextureShape};
+use crate::random::Random;
 
 /// Numbers that are learned, and their moments.
 #[derive(Debug, Clone, PartialEq)]

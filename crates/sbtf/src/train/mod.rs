@@ -13,7 +13,6 @@ mod kernels;
 mod learner;
 mod opacity;
 mod options;
-mod random;
 #[cfg(test)]
 mod reference;
 mod report;

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::kernels::BLOCK;
 use super::learner::{Learner, Update};
 use super::options::{OpacityLoss, Supervision};
-use super::random::Random;
 use super::shard::{SHARD, Shard};
 use crate::model::{Architecture, CurvatureInput, OpacityHead, azimuth};
+use crate::random::Random;
 use crate::samples::OpacityBatch;
 use crate::silhouette::dip_of_cosine;
 

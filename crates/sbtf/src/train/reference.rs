@@ -8,10 +8,10 @@ use super::appearance::AppearanceLearner;
 use super::learner::{Learner, LearnerState};
 use super::opacity::OpacityLearner;
 use super::options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision};
-use super::random::Random;
 use crate::model::{
     Architecture, CurvatureInput, OffsetForm, OpacityHead, STEEPEST_RAY, TextureShape, azimuth,
 };
+use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch};
 use crate::silhouette::dip_of_cosine;
 
@@ -263,7 +263,7 @@ fn off_the_kinks(learner: &mut Learner, random: &mut Random) {
 
 #[test]
 fn opacity_gradients_are_central_differences() {
-    let mut random = Random::new(11, 0);
+    let mut random = Random::new(11, 0, 0);
     let mut batch = OpacityBatch::default();
     batch.resize(SAMPLES);
     for i in 0..SAMPLES {
@@ -297,7 +297,7 @@ fn opacity_gradients_are_central_differences() {
 
 #[test]
 fn appearance_gradients_are_central_differences() {
-    let mut random = Random::new(12, 0);
+    let mut random = Random::new(12, 0, 0);
     let mut batch = AppearanceBatch::default();
     batch.resize(SAMPLES);
     for i in 0..SAMPLES {

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::learner::{LearnerState, Update};
 use super::options::TrainOptions;
-use super::random::Random;
 use super::report::{CurvePoint, Recovery, Scores, TrainReport, Trial};
 use super::task::Task;
 use super::trainer::TrainError;
 use crate::model::Architecture;
+use crate::random::Random;
 use crate::samples::SampleSource;
 
 /// Index of the first held-out batch; training never gets that far.
@@ -90,7 +90,7 @@ pub(super) fn run<T: Task + Send>(
     report: &mut TrainReport,
     tell: &mut dyn FnMut(&Event) -> Result<ControlFlow<()>, TrainError>,
 ) -> Result<T, TrainError> {
-    let mut random = Random::new(context.options.seed, 0);
+    let mut random = Random::new(context.options.seed, 0, u64::MAX);
     let mut course = Course::<T>::new(context, T::fresh(context.form, context.options, &mut random));
     if let Some(saved) = saved {
         course.restore(&saved);
@@ -151,7 +151,7 @@ impl<'a, T: Task + Send> Course<'a, T> {
         }
         let mut best: Option<(f64, Saved)> = None;
         for start in 0..self.context.options.starts {
-            let mut random = Random::new(self.context.options.seed, u64::from(start));
+            let mut random = Random::new(self.context.options.seed, u64::from(start), u64::MAX);
             self.task = T::fresh(self.context.form, self.context.options, &mut random);
             self.position = Position { rate_scale: 1.0, ..Position::default() };
             self.given_up = u64::from(start) * self.trial;

@@ -4,9 +4,9 @@ use super::appearance::{AppearanceLearner, AppearanceSums};
 use super::learner::{Learner, Update};
 use super::opacity::{OpacityLearner, OpacitySums};
 use super::options::TrainOptions;
-use super::random::Random;
 use super::report::{Scores, Stage};
 use crate::model::Architecture;
+use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
 
 /// Something that the training loop can train.

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::random::Random;
 use super::{Control, Scores, Stage, Supervision, TrainError, TrainOptions, TrainReport, resume, train};
 use crate::model::{Architecture, Model, OpacityHead, TextureShape};
+use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
 
 /// Bumps in two directions; the hit is straight below the ray's way down to the mean height, the colour a pattern under a cosine.
@@ -58,7 +58,7 @@ impl SampleSource for Bumps {
         let samples: Vec<_> = (0..batch.len() as u64)
             .into_par_iter()
             .map(|i| {
-                let mut random = Random::new(index, i);
+                let mut random = Random::new(index, i, 0);
                 let uv = Vec2::new(random.unit(), random.unit());
                 let along = Vec2::from_angle(std::f32::consts::TAU * random.unit());
                 let kappa = 0.1 + 2.4 * random.unit();
@@ -78,7 +78,7 @@ impl SampleSource for Bumps {
 
     fn fill_appearance(&self, index: u64, batch: &mut AppearanceBatch) {
         for i in 0..batch.len() {
-            let mut random = Random::new(index, i as u64);
+            let mut random = Random::new(index, i as u64, 0);
             let uv = Vec2::new(random.unit(), random.unit());
             let (mut wo, wi) = (upper(&mut random), upper(&mut random));
             wo = (wo + Vec3::Z).normalize();

@@ -80,13 +80,13 @@ pub(crate) fn gather(set: InstructionSet, shape: TextureShape, shards: &[&Footpr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use crate::train::kernels::{BLOCK, fetch};
-    use crate::train::random::Random;
 
     /// A fetch is linear in the texels, so that the gathered gradient is its transpose: `<g, fetch(t)> = <gather(g), t>`.
     #[test]
     fn gathering_is_the_transpose_of_fetching() {
-        let mut random = Random::new(3, 0);
+        let mut random = Random::new(3, 0, 0);
         for shape in [TextureShape { width: 5, height: 3, channels: 8 }, TextureShape::square(40, 3)] {
             let texels: Vec<f32> = (0..shape.len()).map(|_| random.signed()).collect();
             let mut shards = vec![Footprints::default(); 3];
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn fetches_are_bilinear_and_repeat() {
         let shape = TextureShape { width: 6, height: 4, channels: 8 };
-        let mut random = Random::new(5, 0);
+        let mut random = Random::new(5, 0, 0);
         let texels: Vec<f32> = (0..shape.len()).map(|_| random.signed()).collect();
         let uv = [0; 2].map(|_| [0; BLOCK].map(|_| 2.0 * random.signed()));
         for set in InstructionSet::present() {
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn slopes_are_differences_of_fetches() {
         let shape = TextureShape { width: 6, height: 4, channels: 4 };
-        let mut random = Random::new(4, 0);
+        let mut random = Random::new(4, 0, 0);
         let texels: Vec<f32> = (0..shape.len()).map(|_| random.signed()).collect();
         let gradient = [0.3, -1.0, 0.5, 2.0];
         let value = |u: f32, v: f32| {

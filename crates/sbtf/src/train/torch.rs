@@ -6,8 +6,8 @@ use super::appearance::AppearanceLearner;
 use super::learner::Learner;
 use super::opacity::OpacityLearner;
 use super::options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision};
-use super::random::Random;
 use crate::model::{Architecture, OpacityHead, TextureShape};
+use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch};
 
 struct Recorded<'a> {
@@ -84,7 +84,8 @@ fn opacity_gradients_are_pytorchs() {
             alpha: known("alpha", head == OpacityHead::Direct),
         };
         let loss = OpacityLoss { l1: 0.3, l2: 1.0 };
-        let mut learner = OpacityLearner::new(&form(head), loss, Supervision::Full, &mut Random::new(0, 0));
+        let mut learner =
+            OpacityLearner::new(&form(head), loss, Supervision::Full, &mut Random::new(0, 0, 0));
         recorded.put("opacity", &mut learner.learner);
         let value = learner.gradients(&batch, 0.0);
         assert!((value / f64::from(recorded.row("loss")[0]) - 1.0).abs() < 1e-5);
@@ -105,7 +106,7 @@ fn gradients_through_the_offset_are_pytorchs() {
     };
     let loss = AppearanceLoss { colour: ColourLoss::Unbiased, l1: 0.1, offset: 0.5 };
     let form = form(OpacityHead::Silhouette);
-    let mut learner = AppearanceLearner::new(&form, loss, Supervision::Full, &mut Random::new(0, 0));
+    let mut learner = AppearanceLearner::new(&form, loss, Supervision::Full, &mut Random::new(0, 0, 0));
     recorded.put("offset_module", &mut learner.offset);
     recorded.put("colour_module", &mut learner.colour);
     let value = learner.gradients(&batch, 0.0);

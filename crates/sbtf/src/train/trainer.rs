@@ -9,11 +9,11 @@ use super::checkpoint::Checkpoint;
 use super::learner::LearnerState;
 use super::opacity::OpacityLearner;
 use super::options::TrainOptions;
-use super::random::Random;
 use super::report::{Progress, Scores, Stage, TrainReport};
 use super::stage::{self, Context, Event, Saved};
 use super::task::Task;
 use crate::model::{Architecture, Model, OpacityHead};
+use crate::random::Random;
 use crate::samples::SampleSource;
 
 /// Why a run gave no model.
@@ -188,7 +188,7 @@ impl<'a, 'c> Run<'a, 'c> {
     /// The state of a task in a checkpoint.
     fn saved<T: Task>(&self, from: Option<&(&Path, Checkpoint)>) -> Result<Option<Saved>, TrainError> {
         let Some((path, checkpoint)) = from else { return Ok(None) };
-        let mut like = T::fresh(self.form, self.options, &mut Random::new(0, 0));
+        let mut like = T::fresh(self.form, self.options, &mut Random::new(0, 0, 0));
         let learners = like.learners();
         let expected: Vec<_> = learners.iter().map(|(name, learner)| (*name, &learner.state)).collect();
         checkpoint.take(path, &expected).map(Some)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use osculate_sbtf::file::{MicrostructureSource, ModelFile, Provenance};
-use osculate_sbtf::infer::{Material, Precision, StoredModel};
+use osculate_sbtf::infer::{ExportLoss, Material, Precision, StoredModel};
 use osculate_sbtf::micro::{Geometry, Microstructure};
 use osculate_sbtf::model::{Architecture, CurvatureInput, Model, OpacityHead};
 use osculate_sbtf::patch::{DatasetOptions, PatchDataset};
@@ -120,8 +120,12 @@ struct Report<'a> {
     bytes: u64,
     options: &'a TrainOptions,
     scores: Summary,
+    export: ExportLoss,
     report: &'a TrainReport,
 }
+
+/// Queries on which the loss by rounding is measured: a tenth of a second.
+const EXPORT_QUERIES: usize = 100_000;
 
 /// The last scores of a run.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -170,6 +174,7 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
         seconds: began.elapsed().as_secs_f64(),
     };
     let bytes = write(args, &micro, &model, &options, &summary, console)?;
+    let export = ExportLoss::measure(&model, args.precision.into(), EXPORT_QUERIES, options.seed);
     if let Some(path) = &args.curve {
         osculate_geom::write_atomically(path, |file| {
             std::io::Write::write_all(file, curve_plot(&report).svg().as_bytes())
@@ -178,7 +183,7 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
     }
     // Only now is it of no more use.
     std::fs::remove_file(&checkpoint).ok();
-    print(args, bytes, &summary, &report, console);
+    print(args, bytes, &summary, &export, &report, console);
     let output = args.output.display().to_string();
     reporter.write(
         "train",
@@ -189,6 +194,7 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
             bytes,
             options: &options,
             scores: summary,
+            export,
             report: &report,
         },
     )?;
@@ -304,7 +310,14 @@ fn message(progress: &Progress) -> String {
     }
 }
 
-fn print(args: &TrainArgs, bytes: u64, summary: &Summary, report: &TrainReport, console: &Console) {
+fn print(
+    args: &TrainArgs,
+    bytes: u64,
+    summary: &Summary,
+    export: &ExportLoss,
+    report: &TrainReport,
+    console: &Console,
+) {
     for recovery in &report.recoveries {
         console.warn(format_args!(
             "the {:?} module diverged at step {}; went on from step {} with {} of the rates",
@@ -332,5 +345,6 @@ fn print(args: &TrainArgs, bytes: u64, summary: &Summary, report: &TrainReport, 
             number(scores.error)
         ));
     }
+    console.result(format_args!("  kept as {export}"));
     console.result(format_args!("  next: osculate eval {}", args.output.display()));
 }

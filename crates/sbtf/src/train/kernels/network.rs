@@ -449,10 +449,10 @@ unsafe fn bias_gradients<L: Lanes>(outputs: usize, gradients: *const f32, sums: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::train::random::Random;
+    use crate::random::Random;
 
     fn run(set: InstructionSet, shape: &Shape) -> (Vec<f32>, Vec<f32>, Vec<f32>) {
-        let mut random = Random::new(7, 1);
+        let mut random = Random::new(7, 1, 0);
         let parameters: Vec<f32> = (0..shape.parameters()).map(|_| random.signed()).collect();
         let (mut rows, mut gradients) = (shape.block(), shape.block());
         rows[..shape.sizes()[0] * ROW].iter_mut().for_each(|x| *x = random.signed());
