@@ -1,5 +1,7 @@
 //! Materials through the real binary: what is shown, what is written, and one line for whatever does not fit.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot set up its files must stop")]
+
 mod common;
 
 use common::Workspace;

@@ -59,7 +59,7 @@ impl Reader<'_> {
         }
         let (width, height) = (raster.width, raster.height);
         let values = raster.into_grey().map_err(fail)?;
-        check(&values, width, |x| x.is_finite(), "heights are finite numbers").map_err(fail)?;
+        check(&values, width, f32::is_finite, "heights are finite numbers").map_err(fail)?;
         let heights = Grid::new(width, height, upright(&normalised(values, spec).map_err(fail)?, width));
         let seam = SeamReport::new(&heights);
         let (axis, largest) = worst(&seam);

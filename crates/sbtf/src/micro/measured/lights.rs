@@ -55,11 +55,12 @@ impl Lights {
     pub(super) fn read(directory: &Path) -> Result<(PathBuf, Self), ImportError> {
         let toml = directory.join("lights.toml");
         let plain = directory.join("lights.txt");
-        let (path, parse): (_, fn(&str) -> Result<Self, Problem>) =
-            if plain.is_file() && !toml.is_file() { (plain, Self::parse_plain) } else { (toml, Self::parse) };
+        let is_plain = plain.is_file() && !toml.is_file();
+        let path = if is_plain { plain } else { toml };
         let text =
             std::fs::read_to_string(&path).map_err(|e| ImportError::new(&path, Problem::Unreadable(e)))?;
-        let lights = parse(&text).map_err(|problem| ImportError::new(&path, problem))?;
+        let parsed = if is_plain { Self::parse_plain(&text) } else { Self::parse(&text) };
+        let lights = parsed.map_err(|problem| ImportError::new(&path, problem))?;
         Ok((path, lights))
     }
 

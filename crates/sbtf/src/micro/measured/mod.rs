@@ -50,7 +50,7 @@ pub fn measure(directory: &Path) -> Result<Measured, ImportError> {
     let (list, lights) = Lights::read(directory)?;
     let photographs = Photographs::read(directory, &lights)?;
     let fail = |problem| ImportError::new(&list, problem);
-    let directions: Vec<Vec3> = lights.image.iter().map(|light| light.unit_direction()).collect();
+    let directions: Vec<Vec3> = lights.image.iter().map(Light::unit_direction).collect();
     stereo::check_lights(&directions).map_err(fail)?;
     let estimate = estimate(&photographs.observations, &directions, photographs.size);
     let Estimate { mut normals, mut albedo, residual, left_out } = estimate;

@@ -33,12 +33,12 @@ pub(super) fn build() -> TileMesh {
         mesh.strand(&strand, |t| weave(t, -middle, k, -1.0), |p| fibre(p, hash(2, k, 0)));
     }
     let wicker = |code, roughness| Reflectance { albedo: srgb(code), roughness, metalness: 0.0 };
-    mesh.finish(vec![wicker(0xb0_34_28, 0.42), wicker(0x9a_98_92, 0.55)], DEPTH)
+    mesh.finish(vec![wicker(0xb03428, 0.42), wicker(0x9a9892, 0.55)], DEPTH)
 }
 
 /// Sideways position and z of a strand. `sign` 1 goes over at the first crossing of an even strand, -1 under.
 fn weave(along: f32, aside: f32, index: u32, sign: f32) -> Vec2 {
-    let parity = if index % 2 == 0 { sign } else { -sign };
+    let parity = if index.is_multiple_of(2) { sign } else { -sign };
     let c = (PI * (along * CROSSINGS as f32 - 0.5)).cos() * parity;
     // Stiff strands lie flat on what they cross and turn quickly between.
     Vec2::new(aside, SWING * c * (1.35 - 0.35 * c * c) - 0.5 * DEPTH)

@@ -14,12 +14,12 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let small = hole(warped, [8, 8], 0.1 * rough, 6);
     let open = smooth_min(1.0 - large, 1.0 - 0.6 * small, 0.15);
     let height = rock * (0.12 + 0.88 * open) + 0.03 * noise(uv, [40, 40], 7);
-    let bands = [srgb(0x8a_6a_48), srgb(0xc9_a8_7c), srgb(0xb2_85_55), srgb(0xdc_c6_a0)];
+    let bands = [srgb(0x8a6a48), srgb(0xc9a87c), srgb(0xb28555), srgb(0xdcc6a0)];
     let stone = ramp(&bands, 0.5 + 0.6 * strata + 0.25 * rough);
     let damp = fall(height, 0.1, 0.7);
     Texel {
         height,
-        albedo: mix(stone, srgb(0x4a_3a_2e), 0.85 * damp),
+        albedo: mix(stone, srgb(0x4a3a2e), 0.85 * damp),
         roughness: 0.9 - 0.45 * damp,
         metalness: 0.0,
     }

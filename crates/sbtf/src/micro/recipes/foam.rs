@@ -26,8 +26,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
             }
         }
     }
-    let film = ramp(&[srgb(0xc4_ac_6a), srgb(0xdc_ca_98), srgb(0xcf_b4_74), srgb(0xe6_da_b8)], tint);
+    let film = ramp(&[srgb(0xc4ac6a), srgb(0xdcca98), srgb(0xcfb474), srgb(0xe6dab8)], tint);
     let gap = fall(height, 0.2, 0.75);
-    let albedo = mix(film, srgb(0x7c_58_24), 0.85 * gap).min(Vec3::splat(0.92));
+    let albedo = mix(film, srgb(0x7c5824), 0.85 * gap).min(Vec3::splat(0.92));
     Texel { height, albedo, roughness: 0.3 + 0.35 * gap, metalness: 0.0 }
 }

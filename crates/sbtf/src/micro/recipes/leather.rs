@@ -13,8 +13,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
         + 0.12 * fbm(uv, [3, 3], 2, 4)
         + 0.02 * noise(uv, [90, 90], 5);
     let crease = fall(height, 0.1, 0.75);
-    let hide = mix(srgb(0x9c_4a_1e), srgb(0x7a_34_16), 0.5 + 0.7 * fbm(uv, [4, 4], 3, 6));
-    let albedo = mix(hide, srgb(0x2c_13_0b), 0.9 * crease);
+    let hide = mix(srgb(0x9c4a1e), srgb(0x7a3416), 0.5 + 0.7 * fbm(uv, [4, 4], 3, 6));
+    let albedo = mix(hide, srgb(0x2c130b), 0.9 * crease);
     Texel { height, albedo, roughness: 0.42 + 0.3 * crease, metalness: 0.0 }
 }
 

@@ -20,10 +20,10 @@ pub(super) fn texel(uv: Vec2) -> Texel {
         height = smooth_max(height, plate.height, 0.05);
     }
     let height = height + 0.06 * fbm(uv, [12, 16], 4, 40);
-    let nacre = ramp(&[srgb(0x5c_56_5e), srgb(0x9a_92_90), srgb(0xd8_cf_c4), srgb(0xb3_a4_b0)], top.tint);
+    let nacre = ramp(&[srgb(0x5c565e), srgb(0x9a9290), srgb(0xd8cfc4), srgb(0xb3a4b0)], top.tint);
     // Growth lines run along the lip and fade behind it.
     let line = wave(4.0 * top.behind + 0.5 * fbm(uv, [6, 6], 3, 41));
-    let albedo = mix(nacre, srgb(0x3e_36_3c), 0.45 * line * rise(top.behind, 0.02, 0.3));
+    let albedo = mix(nacre, srgb(0x3e363c), 0.45 * line * rise(top.behind, 0.02, 0.3));
     Texel { height, albedo, roughness: 0.62 - 0.34 * top.tint, metalness: 0.0 }
 }
 

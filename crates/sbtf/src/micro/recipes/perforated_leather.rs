@@ -35,7 +35,7 @@ pub(super) fn build() -> TileMesh {
         }
     }
     let leather = |code, roughness| Reflectance { albedo: srgb(code), roughness, metalness: 0.0 };
-    mesh.finish(vec![leather(0xa4_62_30, 0.45), leather(0xc8_a8_80, 0.95)], DEPTH)
+    mesh.finish(vec![leather(0xa46230, 0.45), leather(0xc8a880, 0.95)], DEPTH)
 }
 
 /// The square of sheet round one hole: its top from the outline inward, the wall of the hole, and the underside outward.

@@ -19,7 +19,7 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let scale = rise(phase, 0.0, 0.86) * (1.0 - rise(phase, 0.9, 1.0));
     let height = 0.7 * rib + 0.34 * scale * (0.3 + 0.7 * rib) + 0.025 * fbm(uv, [36, 8], 3, 2);
     let band = 0.6 * wave(uv.y) + 0.3 * phase + 0.35 * fbm(uv, [6, 5], 3, 3);
-    let colour = ramp(&[srgb(0xf4_e4_d0), srgb(0xea_b2_96), srgb(0xc8_6a_58), srgb(0x9c_40_44)], band);
-    let albedo = mix(srgb(0xee_dc_c8), colour, 0.35 + 0.65 * rib);
+    let colour = ramp(&[srgb(0xf4e4d0), srgb(0xeab296), srgb(0xc86a58), srgb(0x9c4044)], band);
+    let albedo = mix(srgb(0xeedcc8), colour, 0.35 + 0.65 * rib);
     Texel { height, albedo, roughness: 0.28 + 0.2 * (1.0 - rib), metalness: 0.0 }
 }

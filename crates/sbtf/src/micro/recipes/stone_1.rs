@@ -15,10 +15,10 @@ pub(super) fn texel(uv: Vec2) -> Texel {
         top * dome((cell.border - 0.04).max(0.0) / 0.18) * ball(cell.f1 / 0.78) + 0.05 * rough * inside;
     let sand = 0.22 + 0.07 * fbm(uv, [36, 36], 3, 4);
     let height = smooth_max(stone, sand, 0.06);
-    let kinds = [srgb(0x8d_86_7c), srgb(0x6e_76_80), srgb(0xa3_8b_70), srgb(0x79_63_55), srgb(0xb4_ae_a0)];
+    let kinds = [srgb(0x8d867c), srgb(0x6e7680), srgb(0xa38b70), srgb(0x796355), srgb(0xb4aea0)];
     let kind = pick(&kinds, cell.id) * (0.85 + 0.3 * unit(cell.id, 4));
     let speckles = kind * (1.0 + 0.45 * noise(uv, [110, 110], 5) + 0.3 * rough);
     let is_stone = rise(stone - sand, -0.02, 0.05);
-    let albedo = mix(srgb(0x8c_74_52) * (1.0 + 0.4 * noise(uv, [140, 140], 6)), speckles, is_stone);
+    let albedo = mix(srgb(0x8c7452) * (1.0 + 0.4 * noise(uv, [140, 140], 6)), speckles, is_stone);
     Texel { height, albedo, roughness: 0.92 - 0.37 * is_stone, metalness: 0.0 }
 }

@@ -19,10 +19,9 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let earth = 0.14 + 0.09 * fbm(uv, [24, 24], 4, 8);
     let height = smooth_max(stone, earth, 0.05);
     let is_stone = rise(stone - earth, -0.02, 0.08);
-    let kinds = [srgb(0x6a_72_74), srgb(0x85_80_74), srgb(0x9a_86_6a), srgb(0x58_60_66)];
+    let kinds = [srgb(0x6a7274), srgb(0x858074), srgb(0x9a866a), srgb(0x586066)];
     let rust = rise(fbm(uv, [3, 3], 4, 9), 0.05, 0.5);
-    let slate =
-        mix(pick(&kinds, cell.id), srgb(0x9a_6a_40), 0.55 * rust) * (0.8 + 2.2 * split + 1.2 * facets);
-    let albedo = mix(srgb(0x4c_40_2c), slate * (1.0 + 0.2 * noise(uv, [120, 120], 10)), is_stone);
+    let slate = mix(pick(&kinds, cell.id), srgb(0x9a6a40), 0.55 * rust) * (0.8 + 2.2 * split + 1.2 * facets);
+    let albedo = mix(srgb(0x4c402c), slate * (1.0 + 0.2 * noise(uv, [120, 120], 10)), is_stone);
     Texel { height, albedo, roughness: 0.85 - 0.2 * is_stone + 0.1 * rust, metalness: 0.0 }
 }

@@ -20,10 +20,10 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let clay = 0.02 * fbm(uv, [30, 30], 3, 3) + 0.012 * noise(uv, [12, 90], 4);
     let height = smooth_max(arch, trough, 0.04) + clay;
     let top = if arch > trough { cover } else { pan };
-    let fired = [srgb(0xb5_5a_34), srgb(0xc8_74_48), srgb(0xa0_48_2c), srgb(0xd0_8a_5c), srgb(0xb8_64_40)];
+    let fired = [srgb(0xb55a34), srgb(0xc87448), srgb(0xa0482c), srgb(0xd08a5c), srgb(0xb86440)];
     let weather = fbm(uv, [5, 5], 4, 5);
     let body = pick(&fired, top.id) * (0.9 + 0.2 * unit(top.id, 4) + 0.35 * weather);
-    let sooty = ramp(&[srgb(0x5a_44_38), srgb(0x7c_6a_52), body], 3.2 * height + 0.7 * weather);
+    let sooty = ramp(&[srgb(0x5a4438), srgb(0x7c6a52), body], 3.2 * height + 0.7 * weather);
     let albedo = mix(sooty, body, rise(height, 0.15, 0.6));
     Texel { height, albedo, roughness: 0.82 + 0.1 * weather, metalness: 0.0 }
 }

@@ -31,9 +31,9 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let mortar = 0.58 - 0.4 * crumbled + 0.1 * fbm(uv, [28, 28], 4, 7);
     let height = smooth_max(fired, mortar, 0.08);
     let is_brick = rise(fired - mortar, -0.04, 0.08);
-    let kinds = [srgb(0x9c_48_34), srgb(0x84_3a_2e), srgb(0xb0_60_44), srgb(0x70_38_34), srgb(0xa8_54_38)];
+    let kinds = [srgb(0x9c4834), srgb(0x843a2e), srgb(0xb06044), srgb(0x703834), srgb(0xa85438)];
     let burnt = pick(&kinds, brick) * (0.85 + 0.3 * unit(brick, 7) + 0.3 * grit);
-    let joint = srgb(0xb8_ac_98) * (0.85 + 0.35 * noise(uv, [100, 100], 8));
+    let joint = srgb(0xb8ac98) * (0.85 + 0.35 * noise(uv, [100, 100], 8));
     Texel { height, albedo: mix(joint, burnt, is_brick), roughness: 0.93 - 0.13 * is_brick, metalness: 0.0 }
 }
 

@@ -28,8 +28,8 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     }
     let fuzz = 0.03 * noise(uv, [90, 110], 3) + 0.02 * fbm(uv, [45, 60], 2, 4);
     let lit = rise(height, 0.1, 0.75);
-    let wool = mix(srgb(0x1f_5a_66), srgb(0x3c_8a_92), 0.5 + 0.6 * fbm(uv, [6, 6], 3, 5) + 0.5 * ply);
-    let albedo = mix(srgb(0x0c_22_2c), wool * (1.0 + 0.3 * noise(uv, [120, 70], 6)), 0.2 + 0.8 * lit);
+    let wool = mix(srgb(0x1f5a66), srgb(0x3c8a92), 0.5 + 0.6 * fbm(uv, [6, 6], 3, 5) + 0.5 * ply);
+    let albedo = mix(srgb(0x0c222c), wool * (1.0 + 0.3 * noise(uv, [120, 70], 6)), 0.2 + 0.8 * lit);
     Texel { height: height + fuzz * (0.3 + 0.7 * lit), albedo, roughness: 0.92, metalness: 0.0 }
 }
 

@@ -20,14 +20,14 @@ pub(super) fn texel(uv: Vec2) -> Texel {
     let (top, seed) = if warp_yarn.0 > weft_yarn.0 { (p.x, 2) } else { (p.y, 3) };
     let id = hash(seed, lattice(top.floor(), YARNS), 0);
     let dyed: &[_] = if seed == 2 {
-        &[srgb(0xd8_c4_a4), srgb(0xe4_d6_bc), srgb(0xc8_b0_8c)]
+        &[srgb(0xd8c4a4), srgb(0xe4d6bc), srgb(0xc8b08c)]
     } else {
-        &[srgb(0x8c_3a_34), srgb(0x6e_2c_32), srgb(0xa0_4c_3a)]
+        &[srgb(0x8c3a34), srgb(0x6e2c32), srgb(0xa04c3a)]
     };
     let lit = rise(height, -0.3, 0.9);
     let fuzz = 0.025 * noise(uv, [100, 100], 4) + 0.03 * fbm(uv, [44, 44], 2, 5);
     let shade = 0.9 + 0.25 * noise(uv, [130, 130], 6) + 0.3 * fbm(uv, [7, 7], 3, 7);
-    let albedo = mix(srgb(0x24_18_14), pick(dyed, id) * shade, 0.15 + 0.85 * lit);
+    let albedo = mix(srgb(0x241814), pick(dyed, id) * shade, 0.15 + 0.85 * lit);
     Texel { height: height + fuzz, albedo, roughness: 0.95, metalness: 0.0 }
 }
 
