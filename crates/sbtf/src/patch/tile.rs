@@ -133,7 +133,7 @@ impl TileSurface {
 
     /// Largest vertical distance between the triangles and the surface they stand for, in depths, before bending: measured at all
     /// texels and half-way between them. Between those points it may be half as much again, at cliffs one
-    /// texel wide three times as much.
+    /// texel wide five times as much.
     #[must_use]
     pub fn error(&self) -> f32 {
         self.error
