@@ -28,9 +28,7 @@ impl Image {
     /// If there are not `width * height` pixels, or none.
     #[must_use]
     pub fn new(width: usize, height: usize, pixels: impl IntoIterator<Item = Vec3>) -> Self {
-        // `max` returns the other operand for NaN.
-        let clamp = |p: Vec3| Vec3::from(p.to_array().map(|c| c.max(0.0).min(1.0)));
-        let pixels: Vec<Vec3> = pixels.into_iter().map(clamp).collect();
+        let pixels: Vec<Vec3> = pixels.into_iter().map(|p| Vec3::from(p.to_array().map(in_range))).collect();
         assert!(!pixels.is_empty() && pixels.len() == width * height, "one value per pixel");
         Self { width, height, pixels }
     }
@@ -42,7 +40,7 @@ impl Image {
     /// As [`Self::new`].
     #[must_use]
     pub fn srgb_from_linear(width: usize, height: usize, pixels: impl IntoIterator<Item = Vec3>) -> Self {
-        let encode = |c: f32| crate::texture::srgb_from_linear(c.max(0.0).min(1.0));
+        let encode = |c: f32| crate::texture::srgb_from_linear(in_range(c));
         Self::new(width, height, pixels.into_iter().map(|p| Vec3::from(p.to_array().map(encode))))
     }
 
@@ -62,6 +60,11 @@ impl Image {
     fn plane(&self, value: impl Fn(Vec3) -> f32) -> filter::Plane {
         filter::Plane::new(self.width, self.pixels.iter().map(|&p| value(p)).collect())
     }
+}
+
+/// Clamps to `[0, 1]`; NaN becomes 0.
+fn in_range(c: f32) -> f32 {
+    if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) }
 }
 
 /// Peak signal-to-noise ratio in decibels over all components, for a peak of 1; infinite for equal pictures.

@@ -239,10 +239,10 @@ struct SceneMaterial {
     silhouette: Option<SilhouetteChoice>,
 }
 
-fn load_mesh<'a>(
+fn load_mesh(
     check: &Checker<'_>,
     index: usize,
-    section: &'a MeshSection,
+    section: &MeshSection,
     load: &mut MeshLoader<'_>,
     request: impl Fn(MeshSource<'_>) -> LoadRequest<'_>,
 ) -> Result<LoadedMesh, SceneFileError> {

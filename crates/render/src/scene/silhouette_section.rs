@@ -89,7 +89,7 @@ impl MaterialSection {
             check.range(&key("oracle_depth"), depth, 1e-4, 1.0)?;
             match micro.geometry {
                 Geometry::HeightField(field) => {
-                    micro.geometry = Geometry::HeightField(field.with_depth(depth))
+                    micro.geometry = Geometry::HeightField(field.with_depth(depth));
                 }
                 Geometry::TileMesh(_) => {
                     return Err(check.error(&key("oracle_depth"), depth, "a mesh has a depth of its own"));

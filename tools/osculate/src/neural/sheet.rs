@@ -13,16 +13,18 @@ pub fn sheet(models: &[Vec<Pair>], size: usize) -> Picture {
     let columns = models.len() + 1;
     let (width, height) = (columns * (size + GAP), rows * (size + GAP));
     let mut pixels = vec![Vec3::splat(0.2); width * height];
-    for row in 0..rows {
-        for column in 0..columns {
-            let source = match column.checked_sub(1) {
-                None => &models[0][row].truth,
-                Some(model) => &models[model][row].test,
-            };
-            for (y, line) in source.chunks(size).enumerate() {
-                let start = (row * (size + GAP) + y) * width + column * (size + GAP);
-                pixels[start..start + size].copy_from_slice(line);
+    let mut put = |row: usize, column: usize, source: &[Vec3]| {
+        for (y, line) in source.chunks(size).enumerate() {
+            let start = (row * (size + GAP) + y) * width + column * (size + GAP);
+            pixels[start..start + size].copy_from_slice(line);
+        }
+    };
+    for (model, pairs) in models.iter().enumerate() {
+        for (row, pair) in pairs.iter().enumerate() {
+            if model == 0 {
+                put(row, 0, &pair.truth);
             }
+            put(row, model + 1, &pair.test);
         }
     }
     let side = |n: usize| u32::try_from(n).expect("a few thousand pixels");
