@@ -56,6 +56,26 @@ fn the_same_steps_give_the_same_numbers_on_any_number_of_threads() {
 }
 
 #[test]
+fn a_quick_study_shows_what_each_knob_buys() {
+    let w = Workspace::new();
+    w.ok("study material shell -o out --quick --steps 20 --json report.json");
+    let report = w.json("report.json");
+    let rows = report["rows"].as_array().unwrap();
+    for knob in ["default", "taps", "width", "resolution", "channels", "steps", "bits"] {
+        assert!(rows.iter().any(|row| row["knob"] == knob), "{knob}");
+    }
+    let value = |knob: &str, value: &str, field: &str| {
+        let row = rows.iter().find(|row| row["knob"] == knob && row["value"] == value);
+        row.unwrap()[field].as_f64().unwrap()
+    };
+    // What must hold after however little training: fewer taps cost less time, fewer bits less memory.
+    assert!(value("taps", "1", "batched_nanoseconds") < value("default", "", "batched_nanoseconds"));
+    assert!(value("bits", "u8", "bytes") < 0.5 * value("default", "", "bytes"));
+    let page = String::from_utf8(w.read("out/index.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("study material shell -o out --quick"));
+}
+
+#[test]
 fn what_does_not_fit_is_one_message() {
     let w = Workspace::new();
     w.write("bad.sbtf", "no model");

@@ -117,7 +117,8 @@ impl Architecture {
     #[must_use]
     pub fn taps(depth: f32) -> Self {
         let opacity_taps = vec![0.05, 0.12, 0.2, 0.3, 0.4, 0.5, 0.62, 0.75, 0.9, 1.1];
-        Self { opacity_taps, ..Self::paper(depth) }
+        let offset_taps = vec![0.0, 0.1, 0.22, 0.35, 0.5, 0.7, 1.0];
+        Self { opacity_taps, offset_taps, ..Self::paper(depth) }
     }
 
     /// The paper's form: features at the entry point only.

@@ -14,7 +14,7 @@ use crate::samples::SampleSource;
 /// Steps that are timed, after one that is not.
 const TIMED: u64 = 6;
 /// Share of the time that goes to the opacity module.
-const OPACITY_SHARE: f64 = 0.5;
+const OPACITY_SHARE: f64 = 0.3;
 /// Share of the time that is left for scores, checkpoints, and slower moments.
 const RESERVE: f64 = 0.08;
 

@@ -4,8 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use glam::Vec3;
-use osculate_render::metrics::{FlipOptions, Image, flip, psnr};
 use osculate_render::output::write_png;
 use osculate_sbtf::SilhouetteBtf;
 use osculate_sbtf::evaluate::{
@@ -20,6 +18,7 @@ use serde::Serialize;
 use crate::cli::Outcome;
 use crate::console::{Console, number};
 use crate::neural::load_micro;
+use crate::neural::score::{AppearanceScore, appearance_scores};
 use crate::neural::sheet::sheet;
 use crate::output;
 use crate::report::Reporter;
@@ -73,16 +72,6 @@ struct ModelReport {
     appearance: Vec<AppearanceScore>,
 }
 
-/// Pictures at one curvature.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct AppearanceScore {
-    kappa: f32,
-    /// Over all pictures together, decibels.
-    psnr: f64,
-    /// Mean over pictures.
-    flip: f64,
-}
-
 /// Runs the command.
 pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
     if let Some(path) = &args.sheet {
@@ -106,7 +95,7 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
             model: path.display().to_string(),
             left: total(&scores).left(),
             silhouettes: scores,
-            appearance: appearance(&pairs),
+            appearance: appearance_scores(&pairs, AppearanceOptions::default().size as usize),
         });
         pictures.push(pairs);
     }
@@ -168,25 +157,6 @@ fn another(path: &Path, found: &str, wanted: &str) -> anyhow::Error {
 fn compare(oracle: &dyn SilhouetteBtf, material: &Material, console: &Console) -> Vec<Pair> {
     let _step = console.step("comparing pictures");
     appearance_pairs(oracle, material, &AppearanceOptions::default())
-}
-
-fn appearance(pairs: &[Pair]) -> Vec<AppearanceScore> {
-    let size = AppearanceOptions::default().size as usize;
-    let picture = |pixels: &[Vec3]| Image::srgb_from_linear(size, size, pixels.iter().copied());
-    pairs
-        .chunk_by(|a, b| a.kappa == b.kappa)
-        .map(|pairs| {
-            let pictures: Vec<_> = pairs.iter().map(|p| [picture(&p.truth), picture(&p.test)]).collect();
-            let noise = |[a, b]: &[Image; 2]| 10.0_f64.powf(-0.1 * psnr(a, b));
-            let mean = pictures.iter().map(noise).sum::<f64>() / pairs.len() as f64;
-            let flips = pictures.iter().map(|[a, b]| flip(a, b, &FlipOptions::default()));
-            AppearanceScore {
-                kappa: pairs[0].kappa,
-                psnr: -10.0 * mean.log10(),
-                flip: flips.sum::<f64>() / pairs.len() as f64,
-            }
-        })
-        .collect()
 }
 
 fn print(models: &[ModelReport], console: &Console) {

@@ -8,5 +8,6 @@ pub mod micro;
 pub mod render;
 pub mod study;
 pub mod study_filter;
+pub mod study_material;
 pub mod train;
 pub mod verify;

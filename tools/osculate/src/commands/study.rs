@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::demo::SPOT;
 use super::study_filter::{self, FilterArgs};
+use super::study_material::{self, MaterialArgs};
 use crate::cli::Outcome;
 use crate::console::{Console, count};
 use crate::input;
@@ -31,6 +32,7 @@ pub struct StudyArgs {
 enum Study {
     Curvature(CurvatureArgs),
     Filter(FilterArgs),
+    Material(MaterialArgs),
 }
 
 /// Every estimator, knob and noise level on surfaces of known curvature, beside other programs if they are here.
@@ -116,6 +118,7 @@ pub fn run(args: &StudyArgs, console: &Console, reporter: &Reporter) -> Result<O
     match &args.study {
         Study::Curvature(args) => run_curvature(args, console, reporter),
         Study::Filter(args) => study_filter::run(args, console, reporter),
+        Study::Material(args) => study_material::run(args, console, reporter),
     }
 }
 

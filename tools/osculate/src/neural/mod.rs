@@ -1,6 +1,7 @@
 //! What the commands about neural materials share.
 
 pub mod curve;
+pub mod score;
 pub mod sheet;
 
 use anyhow::Result;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `curvature` | `study curvature` |
 //! | `filter` | `study filter` |
+//! | `material` | `study material` |
 //! | `plot` | a plot with linear or logarithmic axes as SVG |
 //! | `axis` | its axes and their ticks |
 //! | `page` | text, tables and plots as one self-contained HTML page |
@@ -12,6 +13,7 @@
 pub mod axis;
 pub mod curvature;
 pub mod filter;
+pub mod material;
 pub mod page;
 pub mod plot;
 pub mod run;
