@@ -16,7 +16,7 @@ use super::{
     auto, jet, libigl, quadric,
 };
 use crate::Vec3;
-use crate::mesh::{Adjacency, Fan, Surface, Survey, index_u32};
+use crate::mesh::{Adjacency, Fan, Rings, Surface, Survey, index_u32};
 
 /// Fewest vertices handled by one task.
 const BLOCK: usize = 1024;
@@ -26,10 +26,10 @@ const BLOCK: usize = 1024;
 /// Never fails on geometry: a vertex without an estimate has `principal: None`, an infinite error and a status that says
 /// why. Runs on rayon's current pool; the result has the same bits for any number of threads.
 ///
-/// Memory beyond the surface, on a closed mesh of valence 6: 28 bytes a vertex for adjacency, 25 for normals and fans (65 for
+/// Memory beyond the surface, on a closed mesh of valence 6: 32 bytes a vertex for adjacency, 25 for normals and fans (65 for
 /// [`Method::Quadric`], which keeps positions beside the normals), 88 for the result, and 4 a vertex and thread for the walks;
-/// 28 more with [`Method::Normals`]. Before the result is there, the tables of triangles and neighbours take 113 while they are
-/// built, and looking for creases, where there are many, 129. Where there are creases, the cut surface is a copy (48).
+/// 28 more with [`Method::Normals`]. Before the result is there, the tables of triangles, neighbours and normals take 85 while they
+/// are built, and looking for creases, where there are many, 133. Where there are creases, the cut surface is a copy (48).
 ///
 /// # Errors
 ///
@@ -102,7 +102,7 @@ pub(crate) struct Prepared<'a> {
     pub(super) triangles: &'a [[u32; 3]],
     /// Triangles of each vertex; empty unless the method reads them.
     pub(super) incident: Adjacency,
-    pub(crate) ring: Adjacency,
+    pub(crate) ring: Rings,
     /// Empty where there are sites.
     normals: Vec<Vec3>,
     /// Positions and normals for fits in groups; empty where vertices are fitted one by one.
@@ -173,7 +173,7 @@ impl<'a> Prepared<'a> {
             other => other,
         };
         // Given back early where it is not needed, which is most of what is held here.
-        let incident = if options.method == Method::Normals { incident } else { Adjacency::from_blocks(&[]) };
+        let incident = if options.method == Method::Normals { incident } else { Adjacency::none() };
         Self {
             positions,
             triangles,

@@ -74,7 +74,7 @@ fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) 
 /// normal vanishes or that neighbour lies straight above: libigl's axes are zero there, and so are its curvatures.
 fn frame(prepared: &Prepared<'_>, vertex: u32) -> Option<Frame> {
     let n = prepared.normal(vertex);
-    let &first = prepared.ring.row(vertex as usize).first()?;
+    let &first = prepared.ring.row(vertex).first()?;
     let edge = prepared.positions[first as usize] - prepared.positions[vertex as usize];
     let t = unit(&(edge - n * n.dot(&edge)))?;
     let s = unit(&n.cross(&t))?;

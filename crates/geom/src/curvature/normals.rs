@@ -58,7 +58,7 @@ pub(super) fn estimate_vertex(
     vertex: u32,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    let ring = prepared.ring.row(vertex as usize);
+    let ring = prepared.ring.row(vertex);
     if ring.len() < LEAST_POINTS - 1 && scratch.walker.rings(vertex, 2).len() < LEAST_POINTS {
         return VertexCurvature::undetermined(Status::FewNeighbours);
     }

@@ -6,30 +6,33 @@ use std::ops::Range;
 
 use super::Neighbourhood;
 use crate::Vec3;
-use crate::mesh::Adjacency;
+use crate::mesh::{Rings, SLOT};
 
 /// Gathers vertices around a seed. One per thread; `4 n` bytes.
 #[derive(Debug)]
 pub(crate) struct Walker<'a> {
     positions: &'a [Vec3],
-    ring: &'a Adjacency,
+    ring: &'a Rings,
     /// `stamp[v] == generation` marks `v` as visited in the current walk, so that nothing is cleared between walks.
     stamp: Vec<u32>,
     generation: u32,
-    members: Vec<u32>,
-    /// Where in `members` each ring ends, the seed's own included; empty after a walk by distance.
+    /// The members, and behind them what earlier walks have left, so that nothing is cleared here either.
+    buffer: Vec<u32>,
+    count: usize,
+    /// Where in the buffer each ring ends, the seed's own included; empty after a walk by distance.
     ring_ends: Vec<usize>,
     rejected: BinaryHeap<Candidate>,
 }
 
 impl<'a> Walker<'a> {
-    pub(crate) fn new(positions: &'a [Vec3], ring: &'a Adjacency) -> Self {
+    pub(crate) fn new(positions: &'a [Vec3], ring: &'a Rings) -> Self {
         Self {
             positions,
             ring,
             stamp: vec![0; positions.len()],
             generation: 0,
-            members: Vec::with_capacity(128),
+            buffer: vec![0; 128],
+            count: 0,
             ring_ends: Vec::new(),
             rejected: BinaryHeap::new(),
         }
@@ -54,15 +57,15 @@ impl<'a> Walker<'a> {
     /// Goes on with the last walk by rings until it has this many.
     pub(crate) fn grow_rings(&mut self, rings: u32) -> &[u32] {
         while self.ring_ends.len() <= rings as usize {
-            let end = self.members.len();
+            let end = self.count;
             let level = if self.ring_ends.len() == 1 { 0 } else { self.ring_ends[self.ring_ends.len() - 2] };
             if level == end {
                 break; // The last ring was empty: the whole component is in.
             }
             self.expand(level..end);
-            self.ring_ends.push(self.members.len());
+            self.ring_ends.push(self.count);
         }
-        &self.members
+        self.members()
     }
 
     /// Adds the unvisited neighbours of some members.
@@ -70,31 +73,37 @@ impl<'a> Walker<'a> {
     /// Which of them are new nobody can foretell, the processor neither: so every one is written behind the members, and only
     /// the new ones are counted. On five rings that takes 0.6 of the time of a branch.
     fn expand(&mut self, range: Range<usize>) {
-        let Self { ring, stamp, generation, members, .. } = self;
-        let mut end = members.len();
+        let Self { ring, stamp, generation, buffer, count, .. } = self;
+        let mut end = *count;
         for index in range {
-            let row = ring.row(members[index] as usize);
-            if members.len() < end + row.len() {
-                members.resize(2 * (end + row.len()), 0);
+            let row = ring.padded(buffer[index]);
+            let most = row.map_or_else(<[u32]>::len, |_| SLOT);
+            if buffer.len() < end + most {
+                buffer.resize(2 * (end + most), 0);
             }
-            end += visit_all(row, stamp, *generation, &mut members[end..]);
+            let to = &mut buffer[end..];
+            // What pads a slot is the member itself, which is marked. The fixed length makes a loop without a branch.
+            end += match row {
+                Ok(slot) => visit_all(slot.as_slice(), stamp, *generation, to),
+                Err(row) => visit_all(row, stamp, *generation, to),
+            };
         }
-        members.truncate(end);
+        *count = end;
     }
 
     /// All vertices closer to `seed` than `radius` that a walk over edges reaches through such vertices.
     pub(crate) fn within(&mut self, seed: u32, radius: f64) -> &[u32] {
         self.begin(seed);
         let mut head = 0;
-        while let Some(&vertex) = self.members.get(head) {
+        while let Some(&vertex) = self.members().get(head) {
             head += 1;
-            for &next in self.ring.row(vertex as usize) {
+            for &next in self.ring.row(vertex) {
                 if self.visit(next) && self.distance(seed, next) < radius {
-                    self.members.push(next);
+                    self.push(next);
                 }
             }
         }
-        &self.members
+        self.members()
     }
 
     /// As `within`, topped up to `at_least` members in libigl's way: a vertex that fails the distance test while fewer
@@ -103,36 +112,42 @@ impl<'a> Walker<'a> {
         self.begin(seed);
         self.rejected.clear();
         let mut head = 0;
-        while let Some(&vertex) = self.members.get(head) {
+        while let Some(&vertex) = self.members().get(head) {
             head += 1;
-            for &next in self.ring.row(vertex as usize) {
+            for &next in self.ring.row(vertex) {
                 if !self.visit(next) {
                     continue;
                 }
                 let distance = self.distance(seed, next);
                 if distance < radius {
-                    self.members.push(next);
+                    self.push(next);
                 } else if head < at_least {
                     self.rejected.push(Candidate { distance, vertex: next });
                 }
             }
         }
-        while self.members.len() < at_least {
+        while self.count < at_least {
             let Some(Candidate { vertex, .. }) = self.rejected.pop() else { break };
-            self.members.push(vertex);
-            for &next in self.ring.row(vertex as usize) {
+            self.push(vertex);
+            for &next in self.ring.row(vertex) {
                 if self.visit(next) {
                     let distance = self.distance(seed, next);
                     self.rejected.push(Candidate { distance, vertex: next });
                 }
             }
         }
-        &self.members
+        self.members()
     }
 
     /// What the last walk gathered.
     pub(crate) fn members(&self) -> &[u32] {
-        &self.members
+        &self.buffer[..self.count]
+    }
+
+    /// Hands out the members of the last walk, with any vertices behind them, for another buffer of vertices.
+    pub(crate) fn exchange_buffer(&mut self, buffer: &mut Vec<u32>) {
+        std::mem::swap(&mut self.buffer, buffer);
+        self.count = 0;
     }
 
     /// Where in [`members`](Self::members) each ring ends, starting with the seed's own; empty after a walk by distance.
@@ -146,10 +161,18 @@ impl<'a> Walker<'a> {
             self.generation = 0;
         }
         self.generation += 1;
-        self.members.clear();
+        self.count = 0;
         self.ring_ends.clear();
-        self.members.push(seed);
+        self.push(seed);
         self.stamp[seed as usize] = self.generation;
+    }
+
+    fn push(&mut self, vertex: u32) {
+        match self.buffer.get_mut(self.count) {
+            Some(to) => *to = vertex,
+            None => self.buffer.push(vertex),
+        }
+        self.count += 1;
     }
 
     /// Marks a vertex; whether it was new.
@@ -167,7 +190,7 @@ impl<'a> Walker<'a> {
 }
 
 /// Marks the vertices of a row and writes those that were not marked; how many those are. There must be room for all.
-#[inline]
+#[inline(always)]
 fn visit_all(row: &[u32], stamp: &mut [u32], generation: u32, to: &mut [u32]) -> usize {
     let to = &mut to[..row.len()];
     let mut count = 0;
@@ -204,7 +227,7 @@ impl PartialOrd for Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Survey;
+    use crate::mesh::{Adjacency, Survey};
     use crate::shapes;
 
     #[test]

@@ -49,21 +49,9 @@ impl Adjacency {
         Self { offsets, entries: entries.into_iter().map(AtomicU32::into_inner).collect() }
     }
 
-    /// Concatenates blocks of rows, each the lengths of its rows and their entries.
-    pub(crate) fn from_blocks(blocks: &[(Vec<u32>, Vec<u32>)]) -> Self {
-        let rows = blocks.iter().map(|(lengths, _)| lengths.len()).sum::<usize>();
-        let mut offsets = Vec::with_capacity(rows + 1);
-        offsets.push(0);
-        offsets.extend(blocks.iter().flat_map(|(lengths, _)| lengths));
-        accumulate(&mut offsets);
-        let mut entries = vec![0; offsets[rows] as usize];
-        let mut rest = &mut entries[..];
-        let mut slices = Vec::with_capacity(blocks.len());
-        for (_, block) in blocks {
-            slices.push(rest.split_off_mut(..block.len()).expect("the lengths are those of the blocks"));
-        }
-        slices.into_par_iter().zip(blocks).for_each(|(slice, (_, block))| slice.copy_from_slice(block));
-        Self { offsets, entries }
+    /// No rows.
+    pub(crate) fn none() -> Self {
+        Self { offsets: vec![0], entries: Vec::new() }
     }
 
     /// Number of rows.
@@ -87,14 +75,6 @@ impl Adjacency {
     #[must_use]
     pub fn row(&self, index: usize) -> &[u32] {
         &self.entries[self.offsets[index] as usize..self.offsets[index + 1] as usize]
-    }
-}
-
-fn accumulate(offsets: &mut [u32]) {
-    let mut sum = 0_u32;
-    for offset in offsets {
-        sum = sum.checked_add(*offset).expect("a mesh has fewer than u32::MAX corners");
-        *offset = sum;
     }
 }
 

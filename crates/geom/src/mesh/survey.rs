@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::closed_fan::ClosedFan;
 use super::fans::{self, Fan};
 use super::normals::area_weighted_normal;
+use super::rings::{self, Rings, SLOT};
 use super::weld::index_u32;
 use super::{Adjacency, triangle_normal};
 use crate::Vec3;
@@ -15,8 +16,7 @@ const BLOCK: usize = 1 << 13;
 /// The surroundings of every vertex.
 #[derive(Debug)]
 pub(crate) struct Survey {
-    /// The vertices that share a triangle with each vertex, ascending, without itself.
-    pub(crate) ring: Adjacency,
+    pub(crate) ring: Rings,
     pub(crate) fans: Vec<Fan>,
     /// Unit area-weighted normals, see [`usable_normal`].
     pub(crate) normals: Vec<Vec3>,
@@ -28,8 +28,7 @@ pub(crate) struct Survey {
 /// What one task found about its vertices.
 #[derive(Debug, Default)]
 struct Block {
-    lengths: Vec<u32>,
-    entries: Vec<u32>,
+    crowded: Vec<u32>,
     turning: Vec<u32>,
 }
 
@@ -42,18 +41,20 @@ impl Survey {
         incident: &Adjacency,
         least_cosine: f64,
     ) -> Self {
+        let mut slots = vec![[0; SLOT]; incident.len()];
         let mut fans = vec![Fan::Empty; incident.len()];
         let mut normals = vec![Vec3::zeros(); incident.len()];
         let surveyor = Surveyor { positions, triangles, incident, least_cosine };
         let blocks: Vec<Block> = fans
             .par_chunks_mut(BLOCK)
             .zip(normals.par_chunks_mut(BLOCK))
+            .zip(slots.par_chunks_mut(BLOCK))
             .enumerate()
-            .map(|(block, (fans, normals))| surveyor.survey(block * BLOCK, fans, normals))
+            .map(|(block, ((fans, normals), slots))| surveyor.survey(block * BLOCK, fans, normals, slots))
             .collect();
         let turning = blocks.iter().flat_map(|block| &block.turning).copied().collect();
-        let rows: Vec<_> = blocks.into_iter().map(|block| (block.lengths, block.entries)).collect();
-        let ring = Adjacency::from_blocks(&rows);
+        let crowded = blocks.into_iter().map(|block| block.crowded).collect();
+        let ring = Rings::new(slots, crowded, BLOCK);
         Self { ring, fans, normals, turning }
     }
 }
@@ -66,33 +67,35 @@ struct Surveyor<'a> {
 }
 
 impl Surveyor<'_> {
-    fn survey(&self, first: usize, fans: &mut [Fan], normals: &mut [Vec3]) -> Block {
-        let mut block = Block {
-            lengths: Vec::with_capacity(fans.len()),
-            entries: Vec::with_capacity(7 * fans.len()),
-            turning: Vec::new(),
-        };
-        let mut edges = Vec::new();
-        for (offset, (fan, normal)) in fans.iter_mut().zip(normals).enumerate() {
+    fn survey(
+        &self,
+        first: usize,
+        fans: &mut [Fan],
+        normals: &mut [Vec3],
+        slots: &mut [[u32; SLOT]],
+    ) -> Block {
+        let mut block = Block::default();
+        let (mut edges, mut ring) = (Vec::new(), Vec::new());
+        for (offset, ((fan, normal), slot)) in fans.iter_mut().zip(normals).zip(slots).enumerate() {
             let vertex = first + offset;
             let row = self.incident.row(vertex);
-            let start = block.entries.len();
             let closed = ClosedFan::new(index_u32(vertex), row, self.triangles);
             let flat = if let Some(closed) = closed {
                 *fan = Fan::Closed;
-                closed.push_sorted(&mut block.entries);
+                *slot = closed.slot(index_u32(vertex));
                 let (sum, flat) = closed.area_and_flatness(vertex, self.positions, self.least_cosine);
                 *normal = self.unit(vertex, sum);
                 flat
             } else {
-                *fan = fans::visit(index_u32(vertex), row, self.triangles, &mut edges, &mut block.entries);
+                ring.clear();
+                *fan = fans::visit(index_u32(vertex), row, self.triangles, &mut edges, &mut ring);
+                *slot = rings::slot(index_u32(vertex), &ring, &mut block.crowded);
                 *normal = self.usable_normal(vertex);
                 self.is_flat(row)
             };
             if !flat {
                 block.turning.push(index_u32(vertex));
             }
-            block.lengths.push(index_u32(block.entries.len() - start));
         }
         block
     }
@@ -171,7 +174,11 @@ mod tests {
                     &mut edges,
                     &mut ring,
                 );
-                assert_eq!((found.fans[vertex], found.ring.row(vertex)), (fan, &ring[..]), "vertex {vertex}");
+                assert_eq!(
+                    (found.fans[vertex], found.ring.row(index_u32(vertex))),
+                    (fan, &ring[..]),
+                    "vertex {vertex}"
+                );
                 // Sums of a few terms in another order.
                 let apart = (found.normals[vertex] - normal).norm();
                 assert!(apart < 1e-14, "vertex {vertex}: {apart:e}");

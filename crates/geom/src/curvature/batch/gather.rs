@@ -1,4 +1,4 @@
-//! The neighbourhoods of eight vertices, transposed.
+//! The neighbourhoods of eight vertices, side by side.
 
 use crate::curvature::walker::Walker;
 
@@ -9,8 +9,8 @@ pub(super) const MOST_RINGS: usize = 6;
 /// fitted by itself.
 const ROOM: usize = 16;
 
-/// Rows in all.
-const ROWS: usize = ROOM * MOST_RINGS * (MOST_RINGS + 1) / 2;
+/// Room in all, the vertex itself included.
+const TOTAL: usize = 1 + ROOM * MOST_RINGS * (MOST_RINGS + 1) / 2;
 
 /// Eight vertices, and their neighbours ring by ring.
 #[derive(Debug)]
@@ -18,8 +18,8 @@ pub(super) struct Octet {
     /// The vertices; any vertex where there is none.
     pub(super) seeds: [u32; 8],
     pub(super) rings: Vec<Ring>,
-    /// Row `k` of a ring holds the `k`-th member of each vertex's ring, or the vertex itself where there are fewer.
-    table: Box<[[u32; 8]]>,
+    /// What the walk around each vertex has gathered, and any vertices behind that; never shorter than the room.
+    lanes: [Vec<u32>; 8],
 }
 
 /// One ring of eight vertices.
@@ -29,72 +29,53 @@ pub(super) struct Ring {
     pub(super) sizes: [f64; 8],
     /// The largest of these.
     pub(super) rows: usize,
+    /// Where they start in each lane.
+    starts: [usize; 8],
 }
 
 impl Default for Octet {
     fn default() -> Self {
-        Self { seeds: [0; 8], rings: Vec::new(), table: vec![[0; 8]; ROWS].into_boxed_slice() }
+        Self { seeds: [0; 8], rings: Vec::new(), lanes: std::array::from_fn(|_| vec![0; TOTAL]) }
     }
 }
 
 impl Octet {
-    /// Starts a group of vertices with this many rings.
+    /// Starts a group with this many rings. A vertex that is not gathered counts nowhere.
     pub(super) fn begin(&mut self, rings: usize, any: u32) {
         self.rings.clear();
         self.rings.resize(rings, Ring::default());
         self.seeds = [any; 8];
     }
 
-    /// Walks the rings of a vertex. Whether they fit in the table, and there are so many.
+    /// Walks the rings of a vertex. Whether they fit in the room, and there are so many.
     pub(super) fn gather(&mut self, lane: usize, seed: u32, walker: &mut Walker<'_>) -> bool {
         walker.rings(seed, u32::try_from(self.rings.len()).expect("few rings"));
-        let (ends, members) = (walker.ring_ends(), walker.members());
+        let ends = walker.ring_ends();
         if ends.len() != self.rings.len() + 1 {
             return false;
         }
-        let fits = ends.windows(2).enumerate().all(|(index, ends)| ends[1] - ends[0] <= room(index));
+        let fits = ends.windows(2).enumerate().all(|(index, ends)| ends[1] - ends[0] <= ROOM * (index + 1));
         if !fits {
             return false;
         }
         self.seeds[lane] = seed;
-        for (index, ring) in self.rings.iter_mut().enumerate() {
-            let members = &members[ends[index]..ends[index + 1]];
-            ring.sizes[lane] = members.len() as f64;
-            ring.rows = ring.rows.max(members.len());
-            for (row, &member) in self.table[start(index)..].iter_mut().zip(members) {
-                row[lane] = member;
-            }
+        for (ring, ends) in self.rings.iter_mut().zip(ends.windows(2)) {
+            let size = ends[1] - ends[0];
+            ring.sizes[lane] = size as f64;
+            ring.rows = ring.rows.max(size);
+            ring.starts[lane] = ends[0];
+        }
+        walker.exchange_buffer(&mut self.lanes[lane]);
+        if self.lanes[lane].len() < TOTAL {
+            self.lanes[lane].resize(TOTAL, seed);
         }
         true
     }
 
-    /// Fills what smaller rings leave open.
-    pub(super) fn finish(&mut self) {
-        for (index, ring) in self.rings.iter().enumerate() {
-            let rows = &mut self.table[start(index)..start(index) + ring.rows];
-            for lane in 0..8 {
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
-                let size = ring.sizes[lane] as usize;
-                for row in &mut rows[size..] {
-                    row[lane] = self.seeds[lane];
-                }
-            }
-        }
+    /// The members of one ring, vertex by vertex, and any vertices where others have more.
+    #[inline(always)]
+    pub(super) fn members(&self, ring: usize) -> [&[u32]; 8] {
+        let Ring { rows, starts, .. } = &self.rings[ring];
+        std::array::from_fn(|lane| &self.lanes[lane][starts[lane]..starts[lane] + rows])
     }
-
-    /// Rows of one ring.
-    #[inline]
-    pub(super) fn members(&self, ring: usize) -> &[[u32; 8]] {
-        &self.table[start(ring)..start(ring) + self.rings[ring].rows]
-    }
-}
-
-/// Room of a ring, counted from zero.
-fn room(ring: usize) -> usize {
-    ROOM * (ring + 1)
-}
-
-/// First row of a ring.
-fn start(ring: usize) -> usize {
-    ROOM * ring * (ring + 1) / 2
 }

@@ -132,16 +132,16 @@ macro_rules! kernel {
                     let (squared, weight) = ring_weight(index + 1, octet.rings.len());
                     let (sizes, weight) = (load(&ring.sizes), splat(weight));
                     let members = octet.members(index);
-                    for (k, (members, row)) in members.iter().zip(&mut rows[next..]).enumerate() {
+                    for (k, row) in rows[next..next + ring.rows].iter_mut().enumerate() {
                         let neighbours = [
-                            &sites[members[0] as usize],
-                            &sites[members[1] as usize],
-                            &sites[members[2] as usize],
-                            &sites[members[3] as usize],
-                            &sites[members[4] as usize],
-                            &sites[members[5] as usize],
-                            &sites[members[6] as usize],
-                            &sites[members[7] as usize],
+                            &sites[members[0][k] as usize],
+                            &sites[members[1][k] as usize],
+                            &sites[members[2][k] as usize],
+                            &sites[members[3][k] as usize],
+                            &sites[members[4][k] as usize],
+                            &sites[members[5][k] as usize],
+                            &sites[members[6][k] as usize],
+                            &sites[members[7][k] as usize],
                         ];
                         let p = columns(neighbours.map(Site::position));
                         let n = columns(neighbours.map(Site::normal));
@@ -152,9 +152,10 @@ macro_rules! kernel {
                         extent = max(extent, select(counts, reach, splat(0.0)));
                         count = add(count, select(counts, splat(1.0), splat(0.0)));
                         let Row([x, y, z, w]) = row;
-                        store(offset[0], x);
-                        store(offset[1], y);
-                        store(offset[2], z);
+                        // What does not count may be a vertex far away, whose powers overflow.
+                        store(select(counts, offset[0], splat(0.0)), x);
+                        store(select(counts, offset[1], splat(0.0)), y);
+                        store(select(counts, offset[2], splat(0.0)), z);
                         store(select(counts, mul(facing, weight), splat(0.0)), w);
                     }
                     next += ring.rows;

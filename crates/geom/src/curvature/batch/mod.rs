@@ -72,7 +72,6 @@ impl Batch {
                 gathered |= 1 << lane;
             }
         }
-        octet.finish();
         let fits = kernel::fit(&prepared.sites, octet, rows);
         let sound = fits.sound & gathered;
         for (lane, estimate) in estimates.iter_mut().enumerate() {
@@ -167,11 +166,10 @@ mod tests {
                 let mut scratch = Scratch::new(&prepared);
                 let (mut octet, mut rows) = (Octet::default(), Vec::new());
                 for first in (0..mesh.positions().len() - 8).step_by(56) {
-                    octet.begin(rings, 0);
+                    octet.begin(rings, index_u32(first));
                     for lane in 0..8 {
                         octet.gather(lane, index_u32(first + lane), &mut scratch.walker);
                     }
-                    octet.finish();
                     let bits = |fits: kernel::Fits| {
                         (fits.sound, fits.numbers.map(|row| row.map(f64::to_bits)), fits.length)
                     };
