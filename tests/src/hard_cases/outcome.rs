@@ -120,7 +120,7 @@ fn sound(estimate: &VertexCurvature, normals: &[Vec3]) -> Result<(), &'static st
         Err("directions are not unit and orthogonal")
     } else if error.is_nan() || error < 0.0 {
         Err("the error is negative or not a number")
-    } else if !normals.is_empty() && normals.iter().all(|n| d1.cross(&d2).dot(n) < 0.0) {
+    } else if !normals.is_empty() && normals.iter().all(|n| d1.cross(&d2).dot(n) <= 0.0) {
         Err("the directions turn clockwise around every outward normal")
     } else {
         Ok(())
