@@ -2,7 +2,7 @@
 
 use osculate_geom::curvature::{CurvatureOptions, Method, Neighbourhood, Status};
 use osculate_geom::shapes::study::StudyShape;
-use osculate_tests::samples::{Sample, geometric_mean, quantile};
+use osculate_tests::samples::{Sample, covered, geometric_mean, looseness, quantile};
 
 /// Estimates on a shape of so many vertices that are moved by `noise` mean edges.
 fn samples(shape: StudyShape, vertices: usize, noise: f64, options: &CurvatureOptions) -> Vec<Sample> {
@@ -23,6 +23,25 @@ fn auto_beats_the_best_known_figures_on_a_random_torus() {
         assert!(found[0] < median && found[1] < high, "noise {noise}: {found:?}");
         assert!(angle < degrees, "noise {noise}: {angle} degrees");
     }
+}
+
+#[test]
+fn error_bar_of_auto_holds_over_all_shapes_together() {
+    let mut all = Vec::new();
+    let mut least = f64::INFINITY;
+    for shape in StudyShape::ALL {
+        for noise in [0.0, 0.01, 0.2] {
+            let samples = samples(shape, 4000, noise, &CurvatureOptions::default());
+            least = least.min(covered(&samples));
+            // A clean sphere's error is next to nothing; its ratio says nothing.
+            all.extend(samples.into_iter().filter(|s| s.error > 1e-7));
+        }
+    }
+    let (share, ratio) = (covered(&all), looseness(&all));
+    println!("all: {share:.3} {ratio:.2}, least {least:.3}");
+    assert!(share > 0.95, "{share}");
+    assert!(ratio < 5.0, "{ratio}");
+    assert!(least > 0.9, "{least}");
 }
 
 #[test]

@@ -103,11 +103,12 @@ impl Table {
 }
 
 #[test]
-fn error_bar_of_auto_holds_with_and_without_noise() {
+fn error_bar_of_auto_holds_shape_by_shape() {
     let table = Table::measure();
     println!("{}", table.text());
     let (_, together) = table.0.last().expect("a row of all shapes");
     for (noise, cell) in std::iter::zip(NOISE, together) {
+        // The promise of a ratio below 5 is for all noise levels together (the test accuracy); clean meshes alone come to 5.3.
         assert!(cell.covered > 0.95 && cell.ratio < 6.0, "noise {noise}: {cell:?}");
     }
     for (name, cells) in &table.0 {

@@ -95,6 +95,8 @@ fn jets_of_degree_d_are_of_order_d_minus_1() {
 #[test]
 fn quadric_is_of_order_1_and_of_order_2_on_symmetric_meshes() {
     check(&with(Method::Quadric), 2.0, 1.0);
+    let family = Family { name: "regular saddle", mesh: |k| saddle(40 << k, 0.0), exact: saddle_exact };
+    check_between(&with(Method::Quadric), &family, 2.1, 2.1);
 }
 
 #[test]

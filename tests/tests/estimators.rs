@@ -27,6 +27,8 @@ fn errors_stay_within_what_was_measured() {
             for shape in StudyShape::ALL {
                 let samples = samples(shape, 10_000, seeds, noise, &options(method));
                 let found = [50, 95].map(|percent| quantile(samples.iter().map(|s| s.error), percent));
+                let mut stated = samples.iter().map(|s| s.estimate).filter(|e| e.principal.is_some());
+                assert!(stated.all(|e| e.error.is_finite() && e.error > 0.0), "{method:?}");
                 let share = covered(&samples);
                 println!(
                     "{method:?} {noise:4} {:14} {:.5} {:.5} {share:.3}",
