@@ -60,8 +60,6 @@ mod sampler;
 pub mod scene;
 mod shading;
 mod silhouette;
-#[cfg(test)]
-mod test_support;
 mod texture;
 mod tone;
 mod vertex;

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use glam::Vec3;
+use osculate_sbtf::colour::linear_from_srgb;
 use thiserror::Error;
 
 /// A colour image. UV (0, 0) is the lower left corner, v goes up; texels lie at half-integer positions.
@@ -75,16 +76,6 @@ impl Texture {
         };
         texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
     }
-}
-
-/// Decodes one sRGB component in `[0, 1]` (IEC 61966-2-1).
-pub(crate) fn linear_from_srgb(s: f32) -> f32 {
-    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Encodes one linear component in `[0, 1]` as sRGB.
-pub(crate) fn srgb_from_linear(l: f32) -> f32 {
-    if l <= 0.003_130_8 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::texture::srgb_from_linear;
+use osculate_sbtf::colour::srgb_from_linear;
 
 /// A picture of 8 bits: sRGB, top row first.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -24,6 +24,7 @@
 //! | [`samples`] | batches of training samples, and where they come from |
 //! | [`silhouette`] | where grazing rays begin to hit, and its closed forms |
 //! | [`brdf`] | the reflection model of microstructures and of the renderer |
+//! | [`colour`] | the sRGB transfer function, and codes of pictures |
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
 //! | [`oracle`] | exact answers to queries, by tracing |
@@ -32,9 +33,12 @@
 //! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
 //! | [`file`](mod@file) | `.sbtf` files |
 //! | [`sampling`] | where light comes from that matters: directions and their densities, fitted to a material |
+//! | [`chi_square`](mod@chi_square) | whether samples have the density that they should |
 //! | [`evaluate`] | how good a model is: silhouettes and appearance against exact answers |
 
 pub mod brdf;
+pub mod chi_square;
+pub mod colour;
 pub mod evaluate;
 pub mod file;
 pub mod infer;
@@ -47,8 +51,6 @@ pub mod random;
 pub mod samples;
 pub mod sampling;
 pub mod silhouette;
-#[cfg(test)]
-mod test_support;
 pub mod train;
 
 pub use query::{Answer, Query, SilhouetteBtf};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::texture::linear_from_srgb;
+use osculate_sbtf::colour::linear_from_srgb;
 
 /// How numbers become colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

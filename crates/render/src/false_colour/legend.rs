@@ -7,7 +7,7 @@ use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 
 use super::axis::Axis;
 use super::colour_map::ColourMap;
-use crate::texture::srgb_from_linear;
+use osculate_sbtf::colour::srgb_from_linear;
 
 /// Paper.
 pub(super) const BACKGROUND: [u8; 3] = [255, 255, 255];

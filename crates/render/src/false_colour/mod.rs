@@ -20,9 +20,9 @@ use crate::curvature::{ObjectPoint, vertex_curvatures};
 use crate::prepared::{Prepared, SceneError};
 use crate::scene::{MeshInstance, PreviewOptions, Role, Scene};
 use crate::shading::ShadingPoint;
-use crate::texture::linear_from_srgb;
 use crate::tone::Picture;
 use legend::Legend;
+use osculate_sbtf::colour::linear_from_srgb;
 
 /// Which curvature a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use glam::{Mat3, Vec3};
 
 use super::Image;
 use super::filter::{Plane, gaussian, offsets};
-use crate::texture::linear_from_srgb;
+use osculate_sbtf::colour::linear_from_srgb;
 
 /// How pictures are looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]

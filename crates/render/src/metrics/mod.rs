@@ -40,7 +40,7 @@ impl Image {
     /// As [`Self::new`].
     #[must_use]
     pub fn srgb_from_linear(width: usize, height: usize, pixels: impl IntoIterator<Item = Vec3>) -> Self {
-        let encode = |c: f32| crate::texture::srgb_from_linear(in_range(c));
+        let encode = |c: f32| osculate_sbtf::colour::srgb_from_linear(in_range(c));
         Self::new(width, height, pixels.into_iter().map(|p| Vec3::from(p.to_array().map(encode))))
     }
 

@@ -6,7 +6,7 @@ use osculate_geom::Mesh;
 use osculate_sbtf::SilhouetteBtf;
 use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::infer::Material as Model;
-use osculate_sbtf::micro::{Geometry, Microstructure};
+use osculate_sbtf::micro::Microstructure;
 use osculate_sbtf::oracle::{Oracle, OracleOptions};
 use osculate_sbtf::sampling::Sampler;
 
@@ -83,18 +83,12 @@ impl MaterialSection {
         }
         let path = check.folder.join(name);
         let source = if path.is_file() { path.to_string_lossy().into_owned() } else { name.to_owned() };
-        let mut micro: Microstructure =
+        let mut micro =
             Microstructure::load(&source).map_err(|e| check.error(&key("oracle"), name, e))?.micro;
         if let Some(depth) = self.oracle_depth {
             check.range(&key("oracle_depth"), depth, 1e-4, 1.0)?;
-            match micro.geometry {
-                Geometry::HeightField(field) => {
-                    micro.geometry = Geometry::HeightField(field.with_depth(depth));
-                }
-                Geometry::TileMesh(_) => {
-                    return Err(check.error(&key("oracle_depth"), depth, "a mesh has a depth of its own"));
-                }
-            }
+            let own = || check.error(&key("oracle_depth"), depth, "a mesh has a depth of its own");
+            micro = micro.with_depth(depth).ok_or_else(own)?;
         }
         let depth = micro.geometry.depth();
         Ok((Arc::new(Oracle::new(&micro, OracleOptions { samples, ..OracleOptions::default() })), depth))

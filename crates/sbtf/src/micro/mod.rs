@@ -2,7 +2,6 @@
 //!
 //! One tile covers the unit square of UV and repeats. It is either a [`HeightField`] with [`Maps`] or a [`TileMesh`].
 
-mod colour;
 mod height_field;
 pub mod import;
 mod maps;
@@ -36,6 +35,17 @@ impl Microstructure {
     #[must_use]
     pub fn builtin(name: &str) -> Option<Self> {
         Builtin::find(name).map(|builtin| builtin.build(DEFAULT_RESOLUTION))
+    }
+
+    /// The same material with another depth in UV units; `None` for a mesh, which has its own.
+    ///
+    /// # Panics
+    ///
+    /// If the depth is not positive and finite.
+    #[must_use]
+    pub fn with_depth(self, depth: f32) -> Option<Self> {
+        let Geometry::HeightField(field) = self.geometry else { return None };
+        Some(Self { geometry: Geometry::HeightField(field.with_depth(depth)), ..self })
     }
 
     /// Names of all procedural materials.

@@ -129,15 +129,15 @@ fn microstructure(args: &EvalArgs, files: &[ModelFile], console: &Console) -> Re
             bail!("{}: does not say what it was trained on; give --micro", args.models[0].display())
         }
     };
-    let depth = sources[0].map(|source| source.depth);
-    let micro = load_micro(&name, None, console)
+    let mut micro = load_micro(&name, console)
         .with_context(|| format!("{}: its microstructure", args.models[0].display()))?;
-    let micro = match depth {
-        Some(depth) if (depth - micro.geometry.depth()).abs() > 1e-6 => {
-            load_micro(&name, Some(depth), console)?
-        }
-        _ => micro,
-    };
+    // Trained with --depth. A mesh has one depth; if it is another, the hash tells.
+    if let Some(depth) =
+        sources[0].map(|source| source.depth).filter(|&depth| depth != micro.geometry.depth())
+        && let Some(deeper) = micro.clone().with_depth(depth)
+    {
+        micro = deeper;
+    }
     let hash = micro.hash();
     for (path, source) in args.models.iter().zip(sources) {
         if let Some(source) = source.filter(|source| source.sha256 != hash) {

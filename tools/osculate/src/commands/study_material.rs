@@ -58,7 +58,7 @@ pub fn run(args: &MaterialArgs, console: &Console, reporter: &Reporter) -> Resul
     if folder.exists() && !folder.is_dir() {
         bail!("{}: is a file; name a directory", folder.display());
     }
-    let micro = load_micro(&args.micro, None, console)?;
+    let micro = load_micro(&args.micro, console)?;
     let data = DatasetOptions { seed: args.seed, ..DatasetOptions::default() };
     let source = PatchDataset::new(&micro, data).with_context(|| args.micro.clone())?;
     let oracle = Oracle::new(&micro, OracleOptions::default());

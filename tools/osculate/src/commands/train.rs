@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use osculate_sbtf::file::{MicrostructureSource, ModelFile, Provenance};
 use osculate_sbtf::infer::{ExportLoss, Material, Precision, StoredModel};
@@ -138,7 +138,7 @@ struct Summary {
 /// Runs the command.
 pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
     check(args)?;
-    let micro = load_micro(&args.micro, args.depth, console)?;
+    let micro = microstructure(args, console)?;
     let checkpoint = checkpoint_path(&args.output);
     let saved = args.resume.then(|| of_checkpoint(&checkpoint)).transpose()?;
     let form = match &saved {
@@ -212,6 +212,9 @@ fn check(args: &TrainArgs) -> Result<()> {
     if args.steps.is_none() && !(args.minutes > 0.0 && args.minutes.is_finite()) {
         bail!("--minutes {}: must be positive", args.minutes);
     }
+    if let Some(depth) = args.depth.filter(|depth| !(*depth > 0.0 && *depth <= 1.0)) {
+        bail!("--depth {depth}: must be over 0 and at most 1 tile");
+    }
     if args.form == Form::Neumip && args.head.is_some() {
         bail!("--head: NeuMIP has no opacity; leave it out");
     }
@@ -220,6 +223,13 @@ fn check(args: &TrainArgs) -> Result<()> {
         bail!("{}: there is no checkpoint to go on from; leave out --resume", checkpoint.display());
     }
     Ok(())
+}
+
+fn microstructure(args: &TrainArgs, console: &Console) -> Result<Microstructure> {
+    let micro = load_micro(&args.micro, console)?;
+    let Some(depth) = args.depth else { return Ok(micro) };
+    let own = || anyhow!("--depth {depth}: {} is a mesh, whose depth is its own; leave it out", args.micro);
+    micro.with_depth(depth).ok_or_else(own)
 }
 
 /// Where a run keeps what it needs to go on.

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::spec::{Encoding, MapOrValue, NormalY, Spec, Tiling};
 use super::{ImportError, Imported, Problem, Raster, SEAM_LIMIT, TexelFormat, raster, worst};
-use crate::micro::colour::linear_from_srgb;
+use crate::colour::linear_from_srgb;
 use crate::micro::{Geometry, Grid, HeightField, Maps, Microstructure, SeamReport};
 
 /// Files beside the specification, and what there is to say about them.

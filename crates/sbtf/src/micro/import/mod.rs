@@ -83,14 +83,10 @@ impl Spec {
             let names = Microstructure::builtin_names().collect::<Vec<_>>().join(", ");
             return Err(Problem::UnknownName(names));
         };
-        let mut micro = builtin.build(self.resolution.unwrap_or(DEFAULT_RESOLUTION));
-        if let Some(depth) = self.depth {
-            let super::Geometry::HeightField(field) = micro.geometry else {
-                return Err(Problem::key("depth", "a procedural mesh has its own; leave it out"));
-            };
-            micro.geometry = super::Geometry::HeightField(field.with_depth(depth));
-        }
-        Ok(micro)
+        let micro = builtin.build(self.resolution.unwrap_or(DEFAULT_RESOLUTION));
+        let Some(depth) = self.depth else { return Ok(micro) };
+        let own = || Problem::key("depth", "a procedural mesh has its own; leave it out");
+        micro.with_depth(depth).ok_or_else(own)
     }
 }
 

@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder as _};
 use osculate_geom::write_atomically;
 
 use super::spec::{MapOrValue, Spec};
-use crate::micro::colour::{code_8, code_16, srgb_from_linear};
+use crate::colour::{code_8, code_16, srgb_from_linear};
 use crate::micro::{Grid, HeightField};
 
 /// Writes `PREFIXheight.png` (16 bits), `PREFIXalbedo.png` (sRGB, 8 bits), `PREFIXroughness.png` and `PREFIXmetalness.png` (8 bits) into

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::Lights;
-use crate::micro::colour::linear_from_srgb;
+use crate::colour::linear_from_srgb;
 use crate::micro::import::{Encoding, ImportError, Problem, Raster, TexelFormat};
 
 /// Most numbers that all images of a measurement may hold: 3 GB.

@@ -124,7 +124,7 @@ fn write_measurement(directory: &Path, directions: &[Vec3]) {
         let rows = grid.texels().chunks(SIZE).rev().flatten();
         // Half the light: the list states it.
         let codes = rows.flat_map(|c| (*c * 0.5).to_array());
-        let bytes: Vec<u8> = codes.flat_map(|x| crate::micro::colour::code_16(x).to_ne_bytes()).collect();
+        let bytes: Vec<u8> = codes.flat_map(|x| crate::colour::code_16(x).to_ne_bytes()).collect();
         let mut png = Vec::new();
         let side = u32::try_from(SIZE).unwrap();
         image::codecs::png::PngEncoder::new(&mut png)

@@ -81,7 +81,7 @@ pub fn ramp(stops: &[Vec3], t: f32) -> Vec3 {
 /// The linear colour of a `0xRRGGBB` in sRGB.
 #[must_use]
 pub fn srgb(code: u32) -> Vec3 {
-    let channel = |shift: u32| crate::micro::colour::linear_from_srgb(((code >> shift) & 255) as f32 / 255.0);
+    let channel = |shift: u32| crate::colour::linear_from_srgb(((code >> shift) & 255) as f32 / 255.0);
     Vec3::new(channel(16), channel(8), channel(0))
 }
 
