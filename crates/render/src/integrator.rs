@@ -15,7 +15,7 @@ use crate::math::power_heuristic;
 use crate::prepared::Prepared;
 use crate::sampler::Sampler;
 use crate::shading::ShadingPoint;
-use crate::silhouette::SilhouettePoint;
+use crate::silhouette::{Met, SilhouettePoint};
 use crate::vertex::Vertex;
 
 /// How light is gathered. For tests that compare the strategies; the default combines them.
@@ -102,7 +102,7 @@ fn radiance<const BITS: usize>(
             return total;
         }
         let vertex = match silhouette {
-            Some(point) if effects.silhouettes => Vertex::Silhouette(point),
+            Some(point) if effects.silhouettes => Vertex::Silhouette(point.enter()),
             _ => surface_vertex(scene, effects, &hit, -ray.direction, counters),
         };
         let receiver = vertex.receiver();
@@ -207,10 +207,11 @@ fn opacity_of<'a>(
     counters: &mut Counters,
 ) -> (f32, Option<SilhouettePoint<'a>>) {
     if effects.silhouettes
-        && let Some(point) = SilhouettePoint::new(scene, hit, -direction)
+        && let Some(met) = Met::new(scene, hit, -direction)
     {
-        counters.opacity_queries += u64::from(point.is_asked());
-        return (point.alpha, Some(point));
+        let Met::Front(point) = met else { return (0.0, None) };
+        counters.opacity_queries += 1;
+        return (point.alpha(), Some(point));
     }
     let material = scene.material_of.get(hit.triangle as usize);
     (material.map_or(1.0, |&m| scene.materials[m as usize].opacity), None)

@@ -1,4 +1,4 @@
-//! [`SilhouettePoint`]: a ray that meets a bounding surface with a silhouette BTF under it.
+//! [`Met`]: a ray that meets a bounding surface with a silhouette BTF under it.
 //!
 //! The material has a metric of its own: lengths in tiles, of `tile_size` in the world. A mesh lays its UV out with another one.
 //! Along a ray whose UV go on at the rate `q` (tiles per world unit, a vector), the material passes by `rate = |q| tile_size`
@@ -8,11 +8,19 @@
 
 use glam::{Mat2, Vec2, Vec3};
 use osculate_geom::rays::{Hit, SurfacePoint};
-use osculate_sbtf::Query;
+use osculate_sbtf::Entry;
 
 use crate::math::Frame;
 use crate::prepared::Prepared;
-use crate::scene::{QueryForm, SilhouetteMaterial};
+use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
+
+/// A ray that meets the bounding surface of a material with silhouettes.
+pub(crate) enum Met<'a> {
+    /// From inside: nothing is there.
+    Back,
+    /// Where it enters.
+    Front(SilhouettePoint<'a>),
+}
 
 /// Where a ray enters a bounding surface, and how its material is asked.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +28,7 @@ pub(crate) struct SilhouettePoint<'a> {
     material: &'a SilhouetteMaterial,
     surface: SurfacePoint,
     /// Around the smooth normal, which is not bent towards the viewer: it decides where the silhouette is.
-    pub frame: Frame,
+    frame: Frame,
     /// UV of tiles, per world unit along the frame's tangents.
     uv_from_tangent: Mat2,
     /// Turns (and mirrors, if the UV are) the frame's tangents so that the way of the ray becomes that of its query. Directions to
@@ -28,13 +36,14 @@ pub(crate) struct SilhouettePoint<'a> {
     turn: Mat2,
     /// `wo` in the turned frame.
     turned_wo: Vec3,
-    query: Query,
-    pub alpha: f32,
+    /// Of the query.
+    uv: Vec2,
+    wo: Vec3,
+    kappa_hat: f32,
 }
 
-impl<'a> SilhouettePoint<'a> {
-    /// The point where the ray that comes from direction `wo` (unit) enters; `None` if the triangle's material has no
-    /// silhouettes. On back faces nothing is hit: `alpha` is 0.
+impl<'a> Met<'a> {
+    /// What the ray that comes from direction `wo` (unit) meets; `None` if the triangle's material has no silhouettes.
     pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Option<Self> {
         let triangle = hit.triangle as usize;
         let number = *scene.material_of.get(triangle)? as usize;
@@ -42,81 +51,105 @@ impl<'a> SilhouettePoint<'a> {
         let surface = scene.bvh.surface_point(hit);
         let corners = scene.indices[triangle].map(|i| i as usize);
         let [a, b, c] = hit.barycentrics;
-        let blend = |values: [Vec3; 3]| a * values[0] + b * values[1] + c * values[2];
-        let normal = blend(corners.map(|i| scene.normals[i])).try_normalize().unwrap_or(surface.normal);
+        let normals = corners.map(|i| scene.normals[i]);
+        let blended = a * normals[0] + b * normals[1] + c * normals[2];
+        let normal = blended.try_normalize().unwrap_or(surface.normal);
+        if surface.normal.dot(wo) <= 0.0 || normal.dot(wo) <= 0.0 {
+            return Some(Self::Back);
+        }
         let frame = Frame::new(normal);
         let uvs = corners.map(|i| Vec2::from(scene.uvs[i]) * Vec2::from(material.tiles));
-        let uv_from_tangent = uv_per_length(scene.bvh.triangles()[triangle], uvs, &frame);
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
-        let mut point = Self {
+        let uv_from_tangent = uv_per_length(scene.bvh.triangles()[triangle], uvs, &frame);
+        let along = scene.ray_curvature(hit, wo);
+        Some(Self::Front(SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo)))
+    }
+}
+
+impl<'a> SilhouettePoint<'a> {
+    fn new(
+        material: &'a SilhouetteMaterial,
+        surface: SurfacePoint,
+        frame: Frame,
+        uv: Vec2,
+        uv_from_tangent: Mat2,
+        along: Option<RayCurvature>,
+        wo: Vec3,
+    ) -> Self {
+        let local = frame.local_from_world(wo);
+        let tangential = local.truncate();
+        let sine = tangential.length();
+        // The way the ray goes, tiles per world unit; at normal incidence any direction will do.
+        let forward = if sine > 0.0 { -tangential / sine } else { Vec2::X };
+        let mean = match material.query {
+            QueryForm::Chord => along.and_then(|a| a.uv_rate),
+            QueryForm::Paper => None,
+        };
+        let q = mean.map_or(uv_from_tangent * forward, |q| Vec2::from(q) * Vec2::from(material.tiles));
+        let rate = (q.length() * material.tile_size).clamp(1e-3, 1e3);
+        let azimuth = q.try_normalize().unwrap_or(forward);
+        let mirrored = if uv_from_tangent.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let turn = Mat2::from_cols(azimuth, mirrored * azimuth.perp())
+            * Mat2::from_cols(forward, forward.perp()).transpose();
+        Self {
             material,
             surface,
             frame,
             uv_from_tangent,
-            turn: Mat2::IDENTITY,
-            turned_wo: Vec3::Z,
-            query: Query { uv, wo: Vec3::Z, wi: Vec3::Z, kappa_hat: 0.0 },
-            alpha: 0.0,
-        };
-        if surface.normal.dot(wo) > 0.0 && normal.dot(wo) > 0.0 {
-            point.look(scene, hit, wo);
+            turn,
+            turned_wo: (turn * tangential).extend(local.z),
+            uv,
+            wo: (-rate * sine * azimuth).extend(local.z).normalize(),
+            kappa_hat: along.map_or(0.0, |a| a.kappa) * material.tile_size / (rate * rate),
         }
-        Some(point)
     }
 
-    /// Fills in what depends on the viewer.
-    fn look(&mut self, scene: &Prepared, hit: &Hit, wo: Vec3) {
-        let local = self.frame.local_from_world(wo);
-        let tangential = local.truncate();
-        let sine = tangential.length();
-        let along = scene.ray_curvature(hit, wo);
-        let kappa = along.map_or(0.0, |a| a.kappa);
-        // The way the ray goes, tiles per world unit; at normal incidence any direction will do.
-        let forward = if sine > 0.0 { -tangential / sine } else { Vec2::X };
-        let mean = match self.material.query {
-            QueryForm::Chord => along.and_then(|a| a.uv_rate),
-            QueryForm::Paper => None,
-        };
-        let q =
-            mean.map_or(self.uv_from_tangent * forward, |q| Vec2::from(q) * Vec2::from(self.material.tiles));
-        let size = self.material.tile_size;
-        let rate = (q.length() * size).clamp(1e-3, 1e3);
-        let azimuth = q.try_normalize().unwrap_or(forward);
-        let mirrored = if self.uv_from_tangent.determinant() < 0.0 { -1.0 } else { 1.0 };
-        self.turn = Mat2::from_cols(azimuth, mirrored * azimuth.perp())
-            * Mat2::from_cols(forward, forward.perp()).transpose();
-        self.turned_wo = (self.turn * tangential).extend(local.z);
-        self.query.wo = (-rate * sine * azimuth).extend(local.z).normalize();
-        self.query.kappa_hat = kappa * size / (rate * rate);
-        self.alpha = self.material.btf.alpha(self.query.uv, self.query.wo, self.query.kappa_hat);
+    /// Share of rays that hit.
+    pub(crate) fn alpha(&self) -> f32 {
+        self.material.btf.alpha(self.uv, self.wo, self.kappa_hat)
     }
 
-    /// Whether the material was asked: not on back faces.
-    pub(crate) fn is_asked(&self) -> bool {
-        self.query.wo != Vec3::Z || self.alpha > 0.0
+    /// The point as a path vertex.
+    pub(crate) fn enter(self) -> SilhouetteVertex<'a> {
+        SilhouetteVertex { entry: self.material.btf.enter(self.uv, self.wo, self.kappa_hat), point: self }
+    }
+}
+
+/// A point where the ray hits the material, ready for any number of lights.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SilhouetteVertex<'a> {
+    point: SilhouettePoint<'a>,
+    entry: Entry,
+}
+
+impl SilhouetteVertex<'_> {
+    /// The smooth normal of the bounding surface.
+    pub(crate) fn normal(&self) -> Vec3 {
+        self.point.frame.n
     }
 
     /// Where rays start that go on in this direction.
     pub(crate) fn origin_towards(&self, direction: Vec3) -> Vec3 {
-        self.surface.origin_towards(direction)
+        self.point.surface.origin_towards(direction)
     }
 
     /// Reflected radiance for light of unit irradiance from the world direction `wi`, and the density with which
     /// [`Self::sample`] draws it.
     pub(crate) fn eval(&self, wi: Vec3) -> (Vec3, f32) {
-        let local = self.frame.local_from_world(wi);
-        let tangent = self.uv_from_tangent * local.truncate() * self.material.tile_size;
-        let query = Query { wi: tangent.extend(local.z).normalize(), ..self.query };
-        let turned = (self.turn * local.truncate()).extend(local.z);
-        let pdf = self.material.sampler.pdf(self.query.uv, self.turned_wo, turned);
-        (self.material.btf.eval(&query).rgb, pdf)
+        let SilhouettePoint { material, frame, uv_from_tangent, turn, turned_wo, uv, .. } = self.point;
+        let local = frame.local_from_world(wi);
+        let tangent = uv_from_tangent * local.truncate() * material.tile_size;
+        // Zero only on a triangle without UV area, lit along it.
+        let query_wi = tangent.extend(local.z).try_normalize().unwrap_or(Vec3::Z);
+        let turned = (turn * local.truncate()).extend(local.z);
+        (material.btf.rgb(&self.entry, query_wi), material.sampler.pdf(uv, turned_wo, turned))
     }
 
     /// Draws a direction: world direction, reflected radiance over density, and density.
     pub(crate) fn sample(&self, pick: f32, u: [f32; 2]) -> Option<(Vec3, Vec3, f32)> {
-        let (turned, _) = self.material.sampler.sample(self.query.uv, self.turned_wo, pick, u.into());
-        let local = (self.turn.transpose() * turned.truncate()).extend(turned.z);
-        let wi = self.frame.world_from_local(local);
+        let SilhouettePoint { material, frame, turn, turned_wo, uv, .. } = self.point;
+        let (turned, _) = material.sampler.sample(uv, turned_wo, pick, u.into());
+        let wi = frame.world_from_local((turn.transpose() * turned.truncate()).extend(turned.z));
         let (value, pdf) = self.eval(wi);
         (pdf > 0.0 && value != Vec3::ZERO).then(|| (wi, value / pdf, pdf))
     }

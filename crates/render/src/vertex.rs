@@ -6,14 +6,14 @@ use osculate_sbtf::brdf::{Bsdf, EnergyTable};
 
 use crate::lights::{Receiver, Sees};
 use crate::shading::ShadingPoint;
-use crate::silhouette::SilhouettePoint;
+use crate::silhouette::SilhouetteVertex;
 
 /// A point where light is reflected. Directions are in the world.
 pub(crate) enum Vertex<'a> {
     /// An ordinary surface, seen from either side.
     Surface { point: ShadingPoint<'a>, bsdf: Bsdf },
     /// A bounding surface with a silhouette BTF under it.
-    Silhouette(SilhouettePoint<'a>),
+    Silhouette(SilhouetteVertex<'a>),
 }
 
 /// A sampled direction.
@@ -37,9 +37,9 @@ impl Vertex<'_> {
             Self::Surface { point, .. } => {
                 Receiver { origin: point.origin, normal: point.frame.n, sees: Sees::Hemisphere }
             }
-            Self::Silhouette(point) => Receiver {
-                origin: point.origin_towards(point.frame.n),
-                normal: point.frame.n,
+            Self::Silhouette(vertex) => Receiver {
+                origin: vertex.origin_towards(vertex.normal()),
+                normal: vertex.normal(),
                 sees: Sees::Sphere,
             },
         }

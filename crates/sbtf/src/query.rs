@@ -25,6 +25,19 @@ pub struct Answer {
     pub alpha: f32,
 }
 
+/// Where a ray that hits meets the material: what does not depend on the light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// As in [`Query`].
+    pub uv: Vec2,
+    /// As in [`Query`].
+    pub wo: Vec3,
+    /// As in [`Query`].
+    pub kappa_hat: f32,
+    /// Texture coordinates of the hit, for materials that find it before they know the light.
+    pub hit_uv: Vec2,
+}
+
 /// A material that can be asked: a trained model, or the exact tracer that judges it.
 pub trait SilhouetteBtf: Sync {
     /// The answer to one query.
@@ -32,6 +45,17 @@ pub trait SilhouetteBtf: Sync {
 
     /// Opacity alone; never depends on the light.
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32;
+
+    /// Does for a ray that hits what several lights will share.
+    fn enter(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Entry {
+        Entry { uv, wo, kappa_hat, hit_uv: uv }
+    }
+
+    /// [`Answer::rgb`] of an entry that [`Self::enter`] returned, under light from `wi`.
+    fn rgb(&self, entry: &Entry, wi: Vec3) -> Vec3 {
+        let Entry { uv, wo, kappa_hat, .. } = *entry;
+        self.eval(&Query { uv, wo, wi, kappa_hat }).rgb
+    }
 
     /// The answers to many queries, in their order.
     fn eval_batch(&self, queries: &[Query], answers: &mut [Answer]) {

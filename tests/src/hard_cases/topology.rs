@@ -30,33 +30,28 @@ fn repeated_triangles() -> Vec<HardCase> {
         triangles.extend(sphere.triangles().iter().step_by(10).map(again));
         with_triangles(&sphere, triangles)
     }
+    let case = |name, about, build| HardCase {
+        truth: |mesh| unit_sphere(mesh, 0.1),
+        check: |outcome| {
+            let twice = in_tenth_triangle(outcome.mesh);
+            flagged(outcome, |v| twice[v])
+        },
+        ..HardCase::new(
+            name,
+            about,
+            "1 and 1 within 10 % everywhere; the corners of those triangles flagged non-manifold, no others",
+            build,
+        )
+    };
     vec![
-        HardCase {
-            truth: |mesh| unit_sphere(mesh, 0.1),
-            check: |outcome| {
-                let twice = in_tenth_triangle(outcome.mesh);
-                flagged(outcome, |v| twice[v])
-            },
-            ..HardCase::new(
-                "duplicated_triangles",
-                "a sphere with every tenth triangle in the list twice",
-                "1 and 1 within 10 % everywhere; the corners of those triangles flagged non-manifold, no others",
-                || repeated(|t| *t),
-            )
-        },
-        HardCase {
-            truth: |mesh| unit_sphere(mesh, 0.1),
-            check: |outcome| {
-                let twice = in_tenth_triangle(outcome.mesh);
-                flagged(outcome, |v| twice[v])
-            },
-            ..HardCase::new(
-                "reversed_triangles",
-                "a sphere with every tenth triangle in the list a second time, the other way round",
-                "1 and 1 within 10 % everywhere; the corners of those triangles flagged non-manifold, no others",
-                || repeated(|&[a, b, c]| [a, c, b]),
-            )
-        },
+        case("duplicated_triangles", "a sphere with every tenth triangle in the list twice", || {
+            repeated(|t| *t)
+        }),
+        case(
+            "reversed_triangles",
+            "a sphere with every tenth triangle in the list a second time, the other way round",
+            || repeated(|&[a, b, c]| [a, c, b]),
+        ),
     ]
 }
 

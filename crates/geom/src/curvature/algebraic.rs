@@ -21,7 +21,7 @@
 use super::estimate::{Prepared, Scratch};
 use super::local_fit::Cloud;
 use super::shape_operator::{Frame, Symmetric};
-use super::support::{Attempt, NEAREST, Reach, enlarging, gather, reference_normal, shorten};
+use super::support::{Attempt, NEAREST, Reach, enlarging_cloud, reference_normal, shorten};
 use super::{Neighbourhood, Principal, VertexCurvature};
 use crate::{Mat3, Vec3};
 
@@ -48,14 +48,8 @@ pub(super) fn estimate_vertex(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
-        let whole = gather(prepared, vertex, neighbourhood, scratch);
-        let attempt = if whole.count < LEAST_POINTS {
-            Attempt::TooFew
-        } else {
-            fit(scratch, whole).unwrap_or(Attempt::Undetermined)
-        };
-        (whole.count, attempt)
+    enlarging_cloud(prepared, vertex, neighbourhood, LEAST_POINTS, scratch, |scratch, whole| {
+        fit(scratch, whole)
     })
 }
 

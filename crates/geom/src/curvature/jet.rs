@@ -3,7 +3,7 @@
 use super::error_bar::{error_bar, next_guess};
 use super::estimate::{Prepared, Scratch};
 use super::local_fit::{Guess, LocalFit};
-use super::support::{Attempt, NEAREST, Reach, enlarging, gather, reference_normal, shorten};
+use super::support::{Attempt, NEAREST, Reach, enlarging_cloud, reference_normal, shorten};
 use super::{Neighbourhood, VertexCurvature};
 
 /// Points of the first, flat fit: two rings of a regular mesh. The neighbourhood then grows by this factor a fit, each
@@ -20,14 +20,9 @@ pub(super) fn estimate_vertex(
     neighbourhood: Neighbourhood,
     scratch: &mut Scratch<'_>,
 ) -> VertexCurvature {
-    enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
-        let whole = gather(prepared, vertex, neighbourhood, scratch);
-        let attempt = if whole.count <= LocalFit::unknowns(degree) {
-            Attempt::TooFew
-        } else {
-            fit(scratch, whole, degree).unwrap_or(Attempt::Undetermined)
-        };
-        (whole.count, attempt)
+    let least = LocalFit::unknowns(degree) + 1;
+    enlarging_cloud(prepared, vertex, neighbourhood, least, scratch, |scratch, whole| {
+        fit(scratch, whole, degree)
     })
 }
 

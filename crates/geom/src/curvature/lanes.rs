@@ -46,6 +46,12 @@ pub(super) mod portable {
         std::array::from_fn(|i| a[i] / b[i])
     }
 
+    /// Inner products of vectors side by side.
+    #[inline(always)]
+    pub(crate) fn dot(a: &[Lane; 3], b: &[Lane; 3]) -> Lane {
+        add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
+    }
+
     /// The second where the first is not a number.
     #[inline(always)]
     pub(crate) fn max(a: Lane, b: Lane) -> Lane {
@@ -160,6 +166,12 @@ pub(super) mod avx512 {
     #[target_feature(enable = "avx512f")]
     pub(crate) fn div(a: Lane, b: Lane) -> Lane {
         _mm512_div_pd(a, b)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    pub(crate) fn dot(a: &[Lane; 3], b: &[Lane; 3]) -> Lane {
+        add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
     }
 
     /// The second where the first is not a number, as the instruction has it.

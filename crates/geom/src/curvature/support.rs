@@ -66,6 +66,25 @@ pub(super) fn enlarging(
     VertexCurvature::undetermined(status)
 }
 
+/// [`enlarging`] for a fit to the cloud of the neighbourhood, which needs at least so many points; `fit` returns `None` where they do
+/// not determine it.
+pub(super) fn enlarging_cloud(
+    prepared: &Prepared<'_>,
+    vertex: u32,
+    neighbourhood: Neighbourhood,
+    least_points: usize,
+    scratch: &mut Scratch<'_>,
+    fit: impl Fn(&mut Scratch<'_>, Reach) -> Option<Attempt>,
+) -> VertexCurvature {
+    enlarging(prepared, vertex, neighbourhood, |neighbourhood| {
+        let whole = gather(prepared, vertex, neighbourhood, scratch);
+        let enough = whole.count >= least_points;
+        let attempt =
+            if enough { fit(scratch, whole).unwrap_or(Attempt::Undetermined) } else { Attempt::TooFew };
+        (whole.count, attempt)
+    })
+}
+
 /// Gathers `rings` rings; how far that reaches. Squared distances are squared ring numbers: on a stretched mesh, weights
 /// that follow the rings follow the stretch, as the fit itself does.
 pub(super) fn gather_rings(

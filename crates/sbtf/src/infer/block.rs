@@ -184,12 +184,15 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
         if mlp.layers.len() % 2 == 1 { &self.odd.0 } else { &self.even.0 }
     }
 
-    /// `azimuth` times `reach`, per lane.
+    /// How far it is to a tap at 1: the azimuth times a reach, per lane. Nothing is computed for taps at 0 only.
     #[inline(always)]
-    fn steps(along: &[Row; 2], reach: &Row) -> [Row; 2] {
-        let mut step = *along;
+    fn step(&self, taps: &[f32], reach: impl Fn(&Lanes) -> Row) -> [Row; 2] {
+        if taps.iter().all(|&fraction| fraction == 0.0) {
+            return [[0.0; BLOCK]; 2];
+        }
+        let (mut step, reach) = (self.azimuths(), reach(&self.lanes));
         for row in &mut step {
-            for (step, reach) in row.iter_mut().zip(reach) {
+            for (step, reach) in row.iter_mut().zip(&reach) {
                 *step *= reach;
             }
         }
@@ -241,14 +244,8 @@ fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let Some(module) = &material.opacity else { return [1.0; BLOCK] };
     let architecture = &material.architecture;
     let along = work.azimuths();
-    let step = if architecture.opacity_taps.iter().any(|&fraction| fraction != 0.0) {
-        Work::<INPUTS, WIDTH>::steps(
-            &along,
-            &per_lane(&work.lanes.kappa, |kappa| material.opacity_reach(kappa)),
-        )
-    } else {
-        [[0.0; BLOCK]; 2]
-    };
+    let reach = |lanes: &Lanes| per_lane(&lanes.kappa, |kappa| material.opacity_reach(kappa));
+    let step = work.step(&architecture.opacity_taps, reach);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.opacity_taps);
     let direction = match architecture.opacity {
         OpacityHead::Silhouette => along,
@@ -292,16 +289,10 @@ fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     work: &mut Work<INPUTS, WIDTH>,
 ) -> [Row; 2] {
     let (module, architecture) = (&material.offset, &material.architecture);
-    let step = if architecture.offset_taps.iter().any(|&fraction| fraction != 0.0) {
-        let mut reach = [0.0; BLOCK];
-        for (k, reach) in reach.iter_mut().enumerate() {
-            let [x, y, z] = &work.lanes.wo;
-            *reach = material.offset_reach([x[k], y[k], z[k]], work.lanes.kappa[k]);
-        }
-        Work::<INPUTS, WIDTH>::steps(&work.azimuths(), &reach)
-    } else {
-        [[0.0; BLOCK]; 2]
+    let reach = |Lanes { wo: [x, y, z], kappa, .. }: &Lanes| -> Row {
+        std::array::from_fn(|k| material.offset_reach([x[k], y[k], z[k]], kappa[k]))
     };
+    let step = work.step(&architecture.offset_taps, reach);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.offset_taps);
     for axis in 0..2 {
         work.inputs.0[next + axis] = work.lanes.wo[axis];

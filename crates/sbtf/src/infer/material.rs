@@ -5,13 +5,13 @@ use glam::{Vec2, Vec3};
 use super::block::Batch;
 use super::kernels::{GROUP, Instructions, Simd};
 use super::lane_math;
-use super::one::{Alpha, ColourInputs, Colours, Offset, View};
+use super::one::{Alpha, ColourAt, ColourInputs, Colours, Offset, View};
 use super::packed_mlp::PackedMlp;
 use super::packed_texture::PackedTexture;
 use super::rows::{AnswerRows, QueryRows, Sizes, Slices};
 use super::stored::{StoredModel, StoredModule};
 use crate::model::{Architecture, LONGEST_REACH, OpacityHead, bounded};
-use crate::query::{Answer, Query, SilhouetteBtf};
+use crate::query::{Answer, Entry, Query, SilhouetteBtf};
 use crate::silhouette::{cosine_of_dip, largest_cosine};
 
 /// Most inputs that a network may have.
@@ -152,16 +152,21 @@ impl Material {
         if alpha <= 0.0 {
             return None;
         }
+        let (uv, inputs) = self.offset(uv, wo, kappa_hat);
+        Some(Hit { material: self, alpha, uv, clamped: !self.covers(kappa_hat), inputs })
+    }
+
+    /// Where a ray hits, and what the colour network sees there.
+    fn offset(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> (Vec2, ColourInputs<COLOUR_INPUTS>) {
         let (material, view) = (self, View::new(self, uv, wo, kappa_hat));
-        let (uv, inputs) = match self.sizes {
+        match self.sizes {
             Sizes::Few => {
                 self.simd.run(Offset::<{ FEW_INPUTS + GROUP }, FEW_WIDTH, COLOUR_INPUTS> { material, view })
             }
             Sizes::Many => {
                 self.simd.run(Offset::<{ MOST_INPUTS + GROUP }, MOST_WIDTH, COLOUR_INPUTS> { material, view })
             }
-        };
-        Some(Hit { material, alpha, uv, clamped: !self.covers(kappa_hat), inputs })
+        }
     }
 
     /// The answers to queries in arrays.
@@ -254,6 +259,19 @@ impl SilhouetteBtf for Material {
         match self.sizes {
             Sizes::Few => self.simd.run(Alpha::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, view }),
             Sizes::Many => self.simd.run(Alpha::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, view }),
+        }
+    }
+
+    fn enter(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Entry {
+        Entry { uv, wo, kappa_hat, hit_uv: self.offset(uv, wo, kappa_hat).0 }
+    }
+
+    fn rgb(&self, entry: &Entry, wi: Vec3) -> Vec3 {
+        let view = View::new(self, entry.uv, entry.wo, entry.kappa_hat);
+        let (material, uv) = (self, entry.hit_uv);
+        match self.sizes {
+            Sizes::Few => self.simd.run(ColourAt::<COLOUR_INPUTS, FEW_WIDTH> { material, view, uv, wi }),
+            Sizes::Many => self.simd.run(ColourAt::<COLOUR_INPUTS, MOST_WIDTH> { material, view, uv, wi }),
         }
     }
 

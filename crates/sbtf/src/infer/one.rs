@@ -87,11 +87,40 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task
             OffsetForm::Free => view.uv + Vec2::from(output),
             OffsetForm::AlongRay => view.uv - view.wo.truncate() * (output[0] / view.wo.z.max(STEEPEST_RAY)),
         };
-        let mut colour = Column::<COLOUR>::zeroed();
-        let next = fetch(isa, &material.colour.texture, uv, &mut colour.0, 0);
-        colour.0[next + 3..next + 5].copy_from_slice(&[view.wo.x, view.wo.y]);
-        put_curvature(material, view, &mut colour.0, next + 5);
-        (uv, ColourInputs(colour))
+        (uv, ColourInputs::at(isa, material, view, uv))
+    }
+}
+
+impl<const INPUTS: usize> ColourInputs<INPUTS> {
+    /// For a ray that hits at `uv`.
+    #[inline(always)]
+    fn at<I: Isa>(isa: I, material: &Material, view: View, uv: Vec2) -> Self {
+        let mut inputs = Column::<INPUTS>::zeroed();
+        let next = fetch(isa, &material.colour.texture, uv, &mut inputs.0, 0);
+        inputs.0[next + 3..next + 5].copy_from_slice(&[view.wo.x, view.wo.y]);
+        put_curvature(material, view, &mut inputs.0, next + 5);
+        Self(inputs)
+    }
+}
+
+/// The colour of a ray that is known to hit at `uv`.
+pub(super) struct ColourAt<'a, const INPUTS: usize, const WIDTH: usize> {
+    pub material: &'a Material,
+    pub view: View,
+    pub uv: Vec2,
+    pub wi: Vec3,
+}
+
+impl<const INPUTS: usize, const WIDTH: usize> Task for ColourAt<'_, INPUTS, WIDTH> {
+    type Output = Vec3;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Vec3 {
+        let Self { material, view, uv, wi } = self;
+        let inputs = &ColourInputs::<INPUTS>::at(isa, material, view, uv);
+        let mut rgb = [Vec3::ZERO];
+        Colours::<INPUTS, WIDTH> { material, inputs, wi: &[wi], rgb: &mut rgb }.run(isa);
+        rgb[0]
     }
 }
 

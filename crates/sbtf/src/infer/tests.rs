@@ -183,6 +183,21 @@ fn several_lights_at_one_hit_are_as_single_queries() {
 }
 
 #[test]
+fn what_lights_share_gives_the_bits_of_whole_queries() {
+    for (name, form) in forms() {
+        let depth = form.depth;
+        let material = Material::new(&StoredModel::new(&Model::untrained(form, 5), Precision::F16));
+        for query in queries(200, depth) {
+            let whole = material.eval(&query);
+            if whole.alpha > 0.0 {
+                let entry = material.enter(query.uv, query.wo, query.kappa_hat);
+                assert_eq!(material.rgb(&entry, query.wi), whole.rgb, "{name} {query:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn queries_that_need_no_network_get_none() {
     let form = small(Architecture::paper(0.1));
     let material = Material::new(&StoredModel::new(&Model::untrained(form, 1), Precision::F32));

@@ -235,7 +235,7 @@ fn assert_close(what: &str, gradient: &[f32], expected: &[f64]) {
     }
 }
 
-fn small_form() -> Architecture {
+pub(super) fn small_form() -> Architecture {
     Architecture {
         opacity_taps: vec![0.0, 0.4, 1.0],
         offset_taps: vec![0.0, 0.7],

@@ -6,7 +6,8 @@ use super::appearance::AppearanceLearner;
 use super::learner::Learner;
 use super::opacity::OpacityLearner;
 use super::options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision};
-use crate::model::{Architecture, OpacityHead, TextureShape};
+use super::reference::small_form;
+use crate::model::{Architecture, OpacityHead};
 use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch};
 
@@ -52,16 +53,7 @@ impl Recorded<'_> {
 }
 
 fn form(opacity: OpacityHead) -> Architecture {
-    Architecture {
-        opacity,
-        opacity_taps: vec![0.0, 0.4, 1.0],
-        offset_taps: vec![0.0, 0.7],
-        opacity_texture: TextureShape { width: 6, height: 5, channels: 4 },
-        offset_texture: TextureShape { width: 5, height: 4, channels: 3 },
-        colour_texture: TextureShape { width: 4, height: 6, channels: 8 },
-        width: 7,
-        ..Architecture::taps(0.15)
-    }
+    Architecture { opacity, ..small_form() }
 }
 
 fn recorded<'a>(bytes: &'a [u8], case: &'a str) -> Recorded<'a> {

@@ -52,7 +52,7 @@ macro_rules! kernel {
             use super::{Fits, Octet, Row, Site};
             use crate::curvature::kernel::moments;
             use crate::curvature::lanes::$name::{
-                Lane, abs, add, and, bits, columns, div, less, load, max, mul, select, splat, sqrt, store, sub,
+                Lane, abs, add, and, bits, columns, div, dot, less, load, max, mul, select, splat, sqrt, store, sub,
             };
             use crate::curvature::moments::SUMS;
             use crate::curvature::quadric::{CONFIDENCE, INNER, LEAST_INNER, LEAST_NEIGHBOURS, LEAST_PIVOT, ring_weight};
@@ -202,12 +202,6 @@ macro_rules! kernel {
                     let s = [b, add(sign, mul(n[1], ya)), sub(zero, n[1])];
                     Self { t, s, n }
                 }
-            }
-
-            #[inline]
-            $(#[target_feature(enable = $feature)])?
-            fn dot(a: &[Lane; 3], b: &[Lane; 3]) -> Lane {
-                add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
             }
 
             #[inline]

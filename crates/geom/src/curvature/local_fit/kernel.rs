@@ -64,7 +64,7 @@ pub(super) fn accumulate<const DEGREE: usize>(cloud: &Cloud, count: usize, view:
 macro_rules! kernel {
     ($name:ident $(, $feature:literal)?) => {
         mod $name {
-            use crate::curvature::lanes::$name::{Lane, add, div, load, max, mul, powers, splat, store, sub};
+            use crate::curvature::lanes::$name::{Lane, add, div, dot, load, max, mul, powers, splat, store, sub};
             use super::{ABOVE, Cloud, Frame, HEIGHT_ROWS, MOMENT_ROWS, Moments, Vec3, View};
 
             $(#[target_feature(enable = $feature)])?
@@ -142,12 +142,6 @@ macro_rules! kernel {
             $(#[target_feature(enable = $feature)])?
             fn splat_vector(v: &Vec3) -> [Lane; 3] {
                 [splat(v.x), splat(v.y), splat(v.z)]
-            }
-
-            #[inline]
-            $(#[target_feature(enable = $feature)])?
-            fn dot(a: &[Lane; 3], b: &[Lane; 3]) -> Lane {
-                add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
             }
 
             /// Writes `u`, `v`, bent `h` and weights of eight points.

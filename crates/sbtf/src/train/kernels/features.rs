@@ -138,30 +138,18 @@ fn add_body(
     start: usize,
     texels: &mut [f32],
 ) {
+    // Known numbers, so that a texel is one register.
     match shape.channels {
-        4 => add_channels::<4>(shape, chosen, taps, gradients, start, texels),
-        8 => add_channels::<8>(shape, chosen, taps, gradients, start, texels),
-        16 => add_channels::<16>(shape, chosen, taps, gradients, start, texels),
-        channels => {
-            for &index in chosen {
-                let tap = taps[index as usize];
-                let gradient = &gradients[index as usize * channels..][..channels];
-                for (corner, weight) in tap.corners(shape).into_iter().zip(tap.weights()) {
-                    // Corners before the start wrap to huge numbers.
-                    let at = corner.wrapping_sub(start);
-                    if at < texels.len() {
-                        for (texel, g) in texels[at..at + channels].iter_mut().zip(gradient) {
-                            *texel += weight * g;
-                        }
-                    }
-                }
-            }
-        }
+        4 => add_channels(4, shape, chosen, taps, gradients, start, texels),
+        8 => add_channels(8, shape, chosen, taps, gradients, start, texels),
+        16 => add_channels(16, shape, chosen, taps, gradients, start, texels),
+        channels => add_channels(channels, shape, chosen, taps, gradients, start, texels),
     }
 }
 
 #[inline(always)]
-fn add_channels<const C: usize>(
+fn add_channels(
+    channels: usize,
     shape: TextureShape,
     chosen: &[u32],
     taps: &[Tap],
@@ -171,13 +159,13 @@ fn add_channels<const C: usize>(
 ) {
     for &index in chosen {
         let tap = taps[index as usize];
-        let gradient = &gradients[index as usize * C..][..C];
+        let gradient = &gradients[index as usize * channels..][..channels];
         for (corner, weight) in tap.corners(shape).into_iter().zip(tap.weights()) {
+            // Corners before the start wrap to huge numbers.
             let at = corner.wrapping_sub(start);
             if at < texels.len() {
-                let texel = &mut texels[at..at + C];
-                for i in 0..C {
-                    texel[i] += weight * gradient[i];
+                for (texel, g) in texels[at..at + channels].iter_mut().zip(gradient) {
+                    *texel += weight * g;
                 }
             }
         }
