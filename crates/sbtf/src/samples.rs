@@ -57,6 +57,14 @@ macro_rules! rows {
                 $(self.$array.iter_mut().for_each(|row| row.resize(count, 0.0));)*
                 $(self.$row.resize(count, 0.0);)*
             }
+
+            /// Takes rows over from another batch, to the same places.
+            pub(crate) fn copy_rows(&mut self, from: &Self, rows: std::ops::Range<usize>) {
+                $(for (to, from) in self.$array.iter_mut().zip(&from.$array) {
+                    to[rows.clone()].copy_from_slice(&from[rows.clone()]);
+                })*
+                $(self.$row[rows.clone()].copy_from_slice(&from.$row[rows.clone()]);)*
+            }
         }
     };
 }

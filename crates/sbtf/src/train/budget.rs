@@ -6,13 +6,14 @@ use super::appearance::AppearanceLearner;
 use super::learner::Update;
 use super::opacity::OpacityLearner;
 use super::options::TrainOptions;
+use super::replay::Replay;
 use super::task::Task;
 use crate::model::{Architecture, OpacityHead};
 use crate::random::Random;
 use crate::samples::SampleSource;
 
-/// Steps that are timed, after one that is not.
-const TIMED: u64 = 6;
+/// Batches of samples that are made while steps are timed, after one that is not counted.
+const TIMED: u64 = 3;
 /// Share of the time that goes to the opacity module.
 const OPACITY_SHARE: f64 = 0.3;
 /// Share of the time that is left for scores, checkpoints, and slower moments.
@@ -45,11 +46,12 @@ fn seconds<T: Task + Send>(form: &Architecture, options: &TrainOptions, source: 
     let mut task = T::fresh(form, options, &mut Random::new(options.seed, 0, 0));
     let (mut batch, mut next) = (T::Batch::default(), T::Batch::default());
     let (_, count) = T::amount(options);
-    T::resize(&mut batch, count);
-    T::resize(&mut next, count);
-    T::fill(source, 0, &mut batch);
+    let reuse = T::reuse(options);
+    let mut replay = Replay::<T>::new(source, count, reuse);
+    replay.fill(0, &mut batch);
     let mut began = Instant::now();
-    for step in 0..=TIMED {
+    let timed = TIMED * u64::from(reuse);
+    for step in 0..=timed {
         if step == 1 {
             began = Instant::now();
         }
@@ -57,8 +59,8 @@ fn seconds<T: Task + Send>(form: &Architecture, options: &TrainOptions, source: 
         let sigma = if step.is_multiple_of(2) { 0.0 } else { 0.25 * options.blur };
         let update = Update { network: options.network_rate, texture: options.texture_rate, sigma };
         let task = &mut task;
-        rayon::join(|| task.step(&batch, update), || T::fill(source, step + 1, &mut next));
+        rayon::join(|| task.step(&batch, update), || replay.fill(step + 1, &mut next));
         std::mem::swap(&mut batch, &mut next);
     }
-    began.elapsed().as_secs_f64() / TIMED as f64
+    began.elapsed().as_secs_f64() / timed as f64
 }

@@ -15,6 +15,7 @@ mod opacity;
 mod options;
 #[cfg(test)]
 mod reference;
+mod replay;
 mod report;
 mod shard;
 mod stage;

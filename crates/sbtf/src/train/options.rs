@@ -14,6 +14,10 @@ pub struct TrainOptions {
     pub opacity_batch: usize,
     /// Samples in a step of offset and colour.
     pub appearance_batch: usize,
+    /// Steps that each sample of the opacity is used in.
+    pub opacity_reuse: u32,
+    /// Steps that each sample of offset and colour is used in. They cost a path each, far more than a step does per sample.
+    pub appearance_reuse: u32,
     /// Adam's rate for networks at the start; it falls to 0 along half a cosine.
     pub network_rate: f64,
     /// Adam's rate for textures at the start. Texels are few samples' concern, and want larger steps.
@@ -88,6 +92,8 @@ impl Default for TrainOptions {
             appearance_steps: 12_000,
             opacity_batch: 16_384,
             appearance_batch: 16_384,
+            opacity_reuse: 3,
+            appearance_reuse: 8,
             network_rate: 6e-3,
             texture_rate: 2e-2,
             blur: 8.0,

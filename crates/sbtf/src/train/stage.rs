@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::learner::{LearnerState, Update};
 use super::options::TrainOptions;
+use super::replay::Replay;
 use super::report::{CurvePoint, Recovery, Scores, TrainReport, Trial};
-use super::task::Task;
+use super::task::{Rows, Task};
 use super::trainer::TrainError;
 use crate::model::Architecture;
 use crate::random::Random;
@@ -132,7 +133,7 @@ impl<'a, T: Task + Send> Course<'a, T> {
             .map(|index| {
                 let mut batch = T::Batch::default();
                 let left = context.options.held_out - PIECE * usize::try_from(index).unwrap_or(0);
-                T::resize(&mut batch, left.min(PIECE));
+                batch.resize(left.min(PIECE));
                 T::fill(context.source, HELD_OUT + index, &mut batch);
                 batch
             })
@@ -180,27 +181,27 @@ impl<'a, T: Task + Send> Course<'a, T> {
         let (_, count) = T::amount(self.context.options);
         let interval = self.own.div_ceil(self.context.options.scores.max(1)).max(1);
         let (mut batch, mut next) = (T::Batch::default(), T::Batch::default());
-        T::resize(&mut batch, count);
-        T::resize(&mut next, count);
+        let mut replay = Replay::<T>::new(self.context.source, count, T::reuse(self.context.options));
         let mut good = self.save();
         let mut good_report = report.clone();
         let (mut sum, mut summed) = (0.0, 0_u64);
-        let source = self.context.source;
         let mut filled = None;
         while self.position.step < end {
             let step = self.position.step;
             if filled != Some(step) {
-                T::fill(source, step, &mut batch);
+                replay.fill(step, &mut batch);
             }
             let update = self.update(step);
             let task = &mut self.task;
             // The next samples are made while this step is taken; neither sees the other.
-            let (loss, ()) =
-                rayon::join(|| task.step(&batch, update), || T::fill(source, step + 1, &mut next));
+            let (loss, ()) = rayon::join(|| task.step(&batch, update), || replay.fill(step + 1, &mut next));
             std::mem::swap(&mut batch, &mut next);
             filled = Some(step + 1);
             if self.exploded(loss) {
                 let recovery = self.recover(step, &good)?;
+                // If a sample was the cause, it is made again.
+                replay.forget();
+                filled = None;
                 *report = good_report.clone();
                 report.recoveries.push(recovery);
                 // Without this a second divergence would forget the first.

@@ -1,5 +1,7 @@
 //! [`Task`]: what the training loop needs of a learner.
 
+use std::ops::Range;
+
 use super::appearance::{AppearanceLearner, AppearanceSums};
 use super::learner::{Learner, Update};
 use super::opacity::{OpacityLearner, OpacitySums};
@@ -9,16 +11,41 @@ use crate::model::Architecture;
 use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
 
+/// Samples as a structure of arrays.
+pub(super) trait Rows: Default + Send + Sync {
+    /// Gives all arrays this length.
+    fn resize(&mut self, count: usize);
+    /// Takes these rows over from another batch.
+    fn copy_rows(&mut self, from: &Self, rows: Range<usize>);
+}
+
+macro_rules! rows {
+    ($batch:ty) => {
+        impl Rows for $batch {
+            fn resize(&mut self, count: usize) {
+                self.resize(count);
+            }
+
+            fn copy_rows(&mut self, from: &Self, rows: Range<usize>) {
+                self.copy_rows(from, rows);
+            }
+        }
+    };
+}
+rows!(OpacityBatch);
+rows!(AppearanceBatch);
+
 /// Something that the training loop can train.
 pub(super) trait Task {
     /// Samples for a step.
-    type Batch: Default + Send + Sync;
+    type Batch: Rows;
     /// Which part of a run it is.
     const STAGE: Stage;
     fn fresh(form: &Architecture, options: &TrainOptions, random: &mut Random) -> Self;
     /// Steps and samples in a step.
     fn amount(options: &TrainOptions) -> (u64, usize);
-    fn resize(batch: &mut Self::Batch, count: usize);
+    /// How many steps a sample is used in.
+    fn reuse(options: &TrainOptions) -> u32;
     fn fill(source: &dyn SampleSource, index: u64, batch: &mut Self::Batch);
     /// Learns from a batch; returns the mean loss before.
     fn step(&mut self, batch: &Self::Batch, update: Update) -> f64;
@@ -40,8 +67,8 @@ impl Task for OpacityLearner {
         (options.opacity_steps, options.opacity_batch)
     }
 
-    fn resize(batch: &mut OpacityBatch, count: usize) {
-        batch.resize(count);
+    fn reuse(options: &TrainOptions) -> u32 {
+        options.opacity_reuse
     }
 
     fn fill(source: &dyn SampleSource, index: u64, batch: &mut OpacityBatch) {
@@ -75,8 +102,8 @@ impl Task for AppearanceLearner {
         (options.appearance_steps, options.appearance_batch)
     }
 
-    fn resize(batch: &mut AppearanceBatch, count: usize) {
-        batch.resize(count);
+    fn reuse(options: &TrainOptions) -> u32 {
+        options.appearance_reuse
     }
 
     fn fill(source: &dyn SampleSource, index: u64, batch: &mut AppearanceBatch) {

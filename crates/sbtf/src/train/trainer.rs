@@ -114,6 +114,13 @@ impl TrainOptions {
         if self.opacity_batch == 0 || self.appearance_batch == 0 || self.held_out == 0 {
             return refuse("batches and the held-out set need at least one sample".to_owned());
         }
+        for (name, reuse) in
+            [("opacity_reuse", self.opacity_reuse), ("appearance_reuse", self.appearance_reuse)]
+        {
+            if reuse == 0 {
+                return refuse(format!("{name} is 0; every sample must be used"));
+            }
+        }
         for (name, value) in [
             ("network_rate", self.network_rate),
             ("texture_rate", self.texture_rate),
