@@ -119,6 +119,8 @@ class Model:
         output = self.network("offset", np.hstack([*features, wo[:, :2], self.curvature(kappa)]))
         if self.form["offset"] == "free":
             return output
+        if self.form["offset"] == "along-reach":
+            return along * reach[:, None] * output
         return -wo[:, :2] * output / np.maximum(wo[:, 2:], STEEPEST_RAY)
 
 

@@ -8,7 +8,7 @@
 mod support;
 
 use osculate_sbtf::micro::Microstructure;
-use osculate_sbtf::patch::{DatasetError, DatasetOptions, PatchDataset};
+use osculate_sbtf::patch::{DatasetError, DatasetOptions, PatchDataset, Tracing};
 use osculate_sbtf::samples::{AppearanceBatch, OpacityBatch, SampleSource};
 
 const BATCH: usize = 65_536;
@@ -25,14 +25,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 #[allow(clippy::print_stdout, reason = "an example reports on standard output")]
 fn measure(name: &str, micro: &Microstructure) -> Result<(), DatasetError> {
-    let start = processor_seconds();
-    let dataset = PatchDataset::new(micro, DatasetOptions::default())?;
-    println!(
-        "{name}: {} triangles, off by {:.4} depths, prepared in {:.2} s",
-        dataset.tile().triangle_count(),
-        dataset.tile().error(),
-        processor_seconds() - start
-    );
+    for tracing in [Tracing::March, Tracing::Triangles] {
+        let start = processor_seconds();
+        let dataset = PatchDataset::new(micro, DatasetOptions { tracing, ..DatasetOptions::default() })?;
+        print!("{name}, prepared in {:.2} s: ", processor_seconds() - start);
+        match dataset.tile() {
+            Some(tile) => println!("{} triangles, off by {:.4} depths", tile.triangle_count(), tile.error()),
+            None => println!("rays march"),
+        }
+        measure_rates(&dataset);
+    }
+    Ok(())
+}
+
+fn measure_rates(dataset: &PatchDataset) {
     let mut opacity = OpacityBatch::default();
     opacity.resize(BATCH);
     report("opacity", |index| dataset.fill_opacity(index, &mut opacity));
@@ -40,7 +46,6 @@ fn measure(name: &str, micro: &Microstructure) -> Result<(), DatasetError> {
     appearance.resize(BATCH);
     report("appearance, patches not yet there", |_| dataset.fill_appearance(1000, &mut appearance));
     report("appearance", |index| dataset.fill_appearance(index, &mut appearance));
-    Ok(())
 }
 
 /// Median of six batches.

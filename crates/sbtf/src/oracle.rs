@@ -14,7 +14,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::micro::{Geometry, Microstructure};
-use crate::patch::{BentField, FieldShading, Patch, PatchPool, Space, Sweep, TileOptions, TileSurface};
+use crate::patch::{FieldTracer, Patch, PatchPool, TileOptions, TileSurface};
 use crate::patch::{Transport, TransportOptions};
 use crate::query::{Answer, Query, SilhouetteBtf};
 use crate::random::Random;
@@ -48,7 +48,7 @@ pub struct Oracle {
 
 #[derive(Debug)]
 enum Method {
-    Field { sweep: Box<Sweep>, shading: Box<FieldShading> },
+    Field(Box<FieldTracer>),
     Patches { tile: Arc<TileSurface>, pool: PatchPool },
 }
 
@@ -71,10 +71,9 @@ impl Oracle {
     pub fn new(micro: &Microstructure, options: OracleOptions) -> Self {
         assert!(options.samples > 0 && options.transport.bounces > 0, "at least one sample and one bounce");
         let method = match &micro.geometry {
-            Geometry::HeightField(field) => Method::Field {
-                sweep: Box::new(Sweep::new(field)),
-                shading: Box::new(FieldShading::new(field, options.tile.shading)),
-            },
+            Geometry::HeightField(field) => {
+                Method::Field(Box::new(FieldTracer::new(field, options.tile.shading)))
+            }
             Geometry::TileMesh(mesh) => Method::Patches {
                 tile: Arc::new(TileSurface::from_mesh(mesh, &options.tile)),
                 pool: PatchPool::new(KEPT_PATCHES),
@@ -87,13 +86,7 @@ impl Oracle {
     #[must_use]
     pub fn offset(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Option<Vec2> {
         match &self.method {
-            Method::Field { sweep, shading } => {
-                if !sweep.hits(uv, wo, kappa_hat) {
-                    return None;
-                }
-                let (space, ray) = BentField::new(sweep, shading, uv, kappa_hat, wo, Vec3::Z);
-                Some(space.closest(&ray).map_or(Vec2::ZERO, |t| space.offset(&ray, t)))
-            }
+            Method::Field(field) => field.offset(uv, wo, kappa_hat),
             Method::Patches { tile, pool } => patch(tile, pool, wo, kappa_hat).first_hit(uv, wo),
         }
     }
@@ -101,29 +94,20 @@ impl Oracle {
     /// The mean of the samples; `None` where the ray passes.
     fn radiance(&self, query: &Query) -> Option<Vec3> {
         let mut random = self.random(query);
-        let sum: Vec3 = match &self.method {
-            Method::Field { sweep, shading } => {
-                if !sweep.hits(query.uv, query.wo, query.kappa_hat) {
-                    return None;
-                }
-                let Query { uv, wo, wi, kappa_hat } = *query;
-                let (space, ray) = BentField::new(sweep, shading, uv, kappa_hat, wo, wi);
-                // Opaque, but met nothing: it grazes for 64 tiles, or a peak thinner than half a texel. Black.
-                let hit = space.closest(&ray);
-                let sample =
-                    |_| hit.map_or(Vec3::ZERO, |t| self.transport.radiance(&space, ray, t, &mut random));
-                (0..self.options.samples).map(sample).sum()
+        let samples = self.options.samples;
+        match &self.method {
+            Method::Field(field) => {
+                field.sample(&self.transport, query, samples, &mut random).map(|sample| sample.rgb)
             }
             Method::Patches { tile, pool } => {
                 let patch = patch(tile, pool, query.wo, query.kappa_hat);
                 let mut sum = Vec3::ZERO;
-                for _ in 0..self.options.samples {
+                for _ in 0..samples {
                     sum += patch.sample(&self.transport, query.uv, query.wo, query.wi, &mut random)?.rgb;
                 }
-                sum
+                Some(sum / samples as f32)
             }
-        };
-        Some(sum / self.options.samples as f32)
+        }
     }
 
     fn random(&self, query: &Query) -> Random {
@@ -165,7 +149,7 @@ impl SilhouetteBtf for Oracle {
 
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {
         let hit = match &self.method {
-            Method::Field { sweep, .. } => sweep.hits(uv, wo, kappa_hat),
+            Method::Field(field) => field.sweep.hits(uv, wo, kappa_hat),
             Method::Patches { tile, pool } => wo.z > 0.0 && patch(tile, pool, wo, kappa_hat).hits(uv, wo),
         };
         f32::from(u8::from(hit))

@@ -4,6 +4,8 @@
 //! that its samples cost a hundredth of the others, and silhouettes need more of them; appearance is sampled only where a
 //! ray hits.
 
+use crate::model::TextureShape;
+
 /// Samples of the opacity: all rows have one length.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OpacityBatch {
@@ -78,4 +80,20 @@ pub trait SampleSource: Sync {
 
     /// Fills the whole batch, of the length that it has, with the `index`-th samples of the stream.
     fn fill_appearance(&self, index: u64, batch: &mut AppearanceBatch);
+
+    /// Features that a texture of this shape may begin with, texel by texel in rows; `None` if nothing is known of the material but
+    /// samples. Channels beyond what is known are noise from `seed`.
+    fn first_features(&self, which: Features, shape: TextureShape, seed: u64) -> Option<Vec<f32>> {
+        let _ = (which, shape, seed);
+        None
+    }
+}
+
+/// What features are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Features {
+    /// Where a ray hits, and whether.
+    Rays,
+    /// How light is reflected there.
+    Colour,
 }

@@ -184,10 +184,10 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
         if mlp.layers.len() % 2 == 1 { &self.odd.0 } else { &self.even.0 }
     }
 
-    /// How far it is to a tap at 1: the azimuth times a reach, per lane. Nothing is computed for taps at 0 only.
+    /// How far it is to a tap at 1: the azimuth times a reach, per lane. Nothing is computed where it is not wanted.
     #[inline(always)]
-    fn step(&self, taps: &[f32], reach: impl Fn(&Lanes) -> Row) -> [Row; 2] {
-        if taps.iter().all(|&fraction| fraction == 0.0) {
+    fn step(&self, wanted: bool, reach: impl Fn(&Lanes) -> Row) -> [Row; 2] {
+        if !wanted {
             return [[0.0; BLOCK]; 2];
         }
         let (mut step, reach) = (self.azimuths(), reach(&self.lanes));
@@ -208,6 +208,11 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
         }
         along
     }
+}
+
+/// Whether features are fetched anywhere but at the entry point.
+fn apart(taps: &[f32]) -> bool {
+    taps.iter().any(|&fraction| fraction != 0.0)
 }
 
 /// Opacity of the first block of a queue; those that hit go on to the other queue.
@@ -245,7 +250,7 @@ fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let architecture = &material.architecture;
     let along = work.azimuths();
     let reach = |lanes: &Lanes| per_lane(&lanes.kappa, |kappa| material.opacity_reach(kappa));
-    let step = work.step(&architecture.opacity_taps, reach);
+    let step = work.step(apart(&architecture.opacity_taps), reach);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.opacity_taps);
     let direction = match architecture.opacity {
         OpacityHead::Silhouette => along,
@@ -292,7 +297,8 @@ fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let reach = |Lanes { wo: [x, y, z], kappa, .. }: &Lanes| -> Row {
         std::array::from_fn(|k| material.offset_reach([x[k], y[k], z[k]], kappa[k]))
     };
-    let step = work.step(&architecture.offset_taps, reach);
+    let wanted = architecture.offset == OffsetForm::AlongReach || apart(&architecture.offset_taps);
+    let step = work.step(wanted, reach);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.offset_taps);
     for axis in 0..2 {
         work.inputs.0[next + axis] = work.lanes.wo[axis];
@@ -308,6 +314,7 @@ fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
                 OffsetForm::AlongRay => {
                     -work.lanes.wo[axis][k] * (outputs[0][k] / work.lanes.wo[2][k].max(STEEPEST_RAY))
                 }
+                OffsetForm::AlongReach => step[axis][k] * outputs[0][k],
             };
         }
     }

@@ -86,6 +86,7 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task
         let uv = match architecture.offset {
             OffsetForm::Free => view.uv + Vec2::from(output),
             OffsetForm::AlongRay => view.uv - view.wo.truncate() * (output[0] / view.wo.z.max(STEEPEST_RAY)),
+            OffsetForm::AlongReach => view.uv + step * output[0],
         };
         (uv, ColourInputs::at(isa, material, view, uv))
     }

@@ -35,6 +35,7 @@ fn forms() -> Vec<(&'static str, Architecture)> {
         ("no curvature", Architecture { curvature: CurvatureInput::Absent, ..paper.clone() }),
         ("offset taps", Architecture { offset_taps: vec![0.0, 0.5, 1.0], ..paper.clone() }),
         ("along the ray", Architecture { offset: OffsetForm::AlongRay, ..paper.clone() }),
+        ("along the reach", Architecture { offset: OffsetForm::AlongReach, ..paper.clone() }),
         ("few channels", channels(&paper, 3)),
         ("many channels", channels(&paper, 19)),
         ("wide and deep", Architecture { width: 100, hidden_layers: 4, ..paper.clone() }),

@@ -65,6 +65,10 @@ pub enum OffsetForm {
     Free,
     /// One output, a depth: the offset is that times `-wo.xy / max(wo.z, 0.05)` (NeuMIP, section 4.2).
     AlongRay,
+    /// One output, a share of the way along the surface that [`offset_reach`](Architecture::offset_reach) gives, in the direction of the
+    /// ray: what is left to learn once direction and length of the way are known. Materials whose rays leave their plane need
+    /// [`Free`](Self::Free).
+    AlongReach,
 }
 
 /// Whether the networks know the curvature.
@@ -118,7 +122,7 @@ impl Architecture {
     pub fn taps(depth: f32) -> Self {
         let opacity_taps = vec![0.05, 0.12, 0.2, 0.3, 0.4, 0.5, 0.62, 0.75, 0.9, 1.1];
         let offset_taps = vec![0.0, 0.1, 0.22, 0.35, 0.5, 0.7, 1.0];
-        Self { opacity_taps, offset_taps, ..Self::paper(depth) }
+        Self { opacity_taps, offset_taps, offset: OffsetForm::AlongReach, ..Self::paper(depth) }
     }
 
     /// The paper's form: features at the entry point only.
@@ -185,7 +189,7 @@ impl Architecture {
     pub fn offset_outputs(&self) -> usize {
         match self.offset {
             OffsetForm::Free => 2,
-            OffsetForm::AlongRay => 1,
+            OffsetForm::AlongRay | OffsetForm::AlongReach => 1,
         }
     }
 

@@ -79,14 +79,15 @@ impl Model {
     pub fn hit_uv(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Vec2 {
         let uv = uv.map(inside_tile);
         let kappa_hat = self.architecture.clamp_curvature(kappa_hat);
-        let reach = self.architecture.offset_reach(wo, kappa_hat);
-        let mut inputs = self.offset.texture.taps(uv, azimuth(wo) * reach, &self.architecture.offset_taps);
+        let step = azimuth(wo) * self.architecture.offset_reach(wo, kappa_hat);
+        let mut inputs = self.offset.texture.taps(uv, step, &self.architecture.offset_taps);
         inputs.extend([wo.x, wo.y]);
         self.push_curvature(&mut inputs, kappa_hat);
         let output = self.offset.mlp.forward(&inputs);
         match self.architecture.offset {
             OffsetForm::Free => uv + Vec2::new(output[0], output[1]),
             OffsetForm::AlongRay => uv - wo.truncate() * (output[0] / wo.z.max(STEEPEST_RAY)),
+            OffsetForm::AlongReach => uv + step * output[0],
         }
     }
 

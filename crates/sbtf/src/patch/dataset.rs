@@ -4,95 +4,34 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use thiserror::Error;
 
+use super::dataset_options::{DatasetError, DatasetOptions, Silhouettes, Tracing};
 use super::distribution::{self, KappaDistribution};
+use super::field_tracer::FieldTracer;
 use super::pool::PatchPool;
-use super::{
-    GrazingOptions, OpacityStudy, Patch, Sweep, TileOptions, TileSurface, Transport, TransportOptions,
-};
+use super::{GrazingOptions, OpacityStudy, Patch, PatchSample, TileOptions, TileSurface, Transport};
 use crate::micro::{Geometry, Microstructure};
+use crate::model::TextureShape;
+use crate::query::Query;
 use crate::random::Random;
-use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
-
-/// What samples there are.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DatasetOptions {
-    /// Curvatures, 1/UV units. Default -2.5 to 2.5.
-    pub kappa_range: [f32; 2],
-    /// Number of different patches; `None`, the default, never repeats one. The paper has 2,400.
-    pub patches: Option<u64>,
-    /// Patches in a batch of appearance samples (and of opacity samples of tile meshes). Each patch appears in so many
-    /// batches one after the other, so that one is made per batch. Default 8; the paper's protocol is 1.
-    pub patches_per_batch: u64,
-    /// What opacity samples of tile meshes say of the silhouette cosine.
-    pub silhouettes: Silhouettes,
-    /// Transport.
-    pub transport: TransportOptions,
-    /// Triangulation; `largest_curvature` is taken from `kappa_range`.
-    pub tile: TileOptions,
-    /// Everything random follows from it.
-    pub seed: u64,
-}
-
-/// What opacity samples of tile meshes say of the silhouette cosine. Those of height fields always have it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Silhouettes {
-    /// NaN: enough for the direct head.
-    Unknown,
-    /// It is searched by tracing, some fifty rays a sample; NaN where opacity is no step.
-    Traced(GrazingOptions),
-}
-
-impl Default for DatasetOptions {
-    fn default() -> Self {
-        Self {
-            kappa_range: [-2.5, 2.5],
-            patches: None,
-            patches_per_batch: 8,
-            silhouettes: Silhouettes::Unknown,
-            transport: TransportOptions::default(),
-            tile: TileOptions::default(),
-            seed: 0,
-        }
-    }
-}
-
-impl DatasetOptions {
-    /// The size in the paper, section 4.4: 2,400 patches, each of which fills one batch of 65,536 queries.
-    #[must_use]
-    pub fn paper() -> Self {
-        Self { patches: Some(2400), patches_per_batch: 1, ..Self::default() }
-    }
-}
-
-/// Why there can be no dataset.
-#[derive(Debug, Error, PartialEq)]
-pub enum DatasetError {
-    /// The range of curvatures is not one.
-    #[error("the range of curvatures {0} to {1} is not finite or not ascending")]
-    KappaRange(f32, f32),
-    /// A count is zero.
-    #[error("{0} must not be 0")]
-    Zero(&'static str),
-    /// Rays that look straight down do not hit it.
-    #[error("{name}: none of {tries} rays hits the material")]
-    NothingToHit {
-        /// The microstructure.
-        name: String,
-        /// Rays that were tried.
-        tries: u32,
-    },
-}
+use crate::samples::{AppearanceBatch, Features, OpacityBatch, SampleSource};
 
 /// Samples of a microstructure on patches.
 #[derive(Debug)]
 pub struct PatchDataset {
     options: DatasetOptions,
     kappas: KappaDistribution,
-    tile: Arc<TileSurface>,
-    sweep: Option<Sweep>,
+    depth: f32,
     transport: Transport,
+    /// Of height fields.
+    field: Option<FieldTracer>,
+    /// Of tile meshes, and of height fields where they are asked for.
+    triangles: Option<Triangles>,
+}
+
+#[derive(Debug)]
+struct Triangles {
+    tile: Arc<TileSurface>,
     pool: PatchPool,
 }
 
@@ -103,6 +42,7 @@ enum Stream {
     Appearance = 2,
     Patch = 3,
     Study = 4,
+    Features = 5,
 }
 
 /// Rows that one task makes.
@@ -118,52 +58,38 @@ impl PatchDataset {
     ///
     /// Where the options contradict themselves, or the material cannot be hit.
     pub fn new(micro: &Microstructure, options: DatasetOptions) -> Result<Self, DatasetError> {
-        let [least, most] = options.kappa_range;
-        if !(least.is_finite() && most.is_finite() && least <= most) {
-            return Err(DatasetError::KappaRange(least, most));
-        }
-        if options.patches == Some(0) {
-            return Err(DatasetError::Zero("the number of patches"));
-        }
-        if options.patches_per_batch == 0 {
-            return Err(DatasetError::Zero("the number of patches per batch"));
-        }
-        if options.transport.bounces == 0 {
-            return Err(DatasetError::Zero("the number of bounces"));
-        }
-        let largest_curvature = least.abs().max(most.abs());
-        let tile = Arc::new(TileSurface::new(micro, &TileOptions { largest_curvature, ..options.tile }));
-        let sweep = match &micro.geometry {
-            Geometry::HeightField(field) => Some(Sweep::new(field)),
+        options.check()?;
+        let field = match &micro.geometry {
+            Geometry::HeightField(field) => Some(FieldTracer::new(field, options.tile.shading)),
             Geometry::TileMesh(_) => None,
         };
+        let traced = field.is_none() || options.tracing == Tracing::Triangles;
         let dataset = Self {
             kappas: KappaDistribution::new(options.kappa_range),
+            depth: micro.geometry.depth(),
             transport: Transport::new(options.transport),
-            // Twice what one batch uses, so that a few threads may be at neighbouring batches.
-            pool: PatchPool::new(2 * usize::try_from(options.patches_per_batch).unwrap_or(64).min(64) + 2),
+            field,
+            triangles: traced.then(|| Triangles::new(micro, &options)),
             options,
-            tile,
-            sweep,
         };
         dataset.check_hits(&micro.name)?;
         Ok(dataset)
     }
 
-    /// The triangles that samples come from.
+    /// The triangles that samples come from; `None` where rays march.
     #[must_use]
-    pub fn tile(&self) -> &TileSurface {
-        &self.tile
+    pub fn tile(&self) -> Option<&TileSurface> {
+        self.triangles.as_ref().map(|triangles| &*triangles.tile)
     }
 
     /// How many of some queries have a silhouette cosine, by tracing, over patches of the dataset: which opacity head suits. All have
     /// in height fields, and nothing is traced.
     #[must_use]
     pub fn study_opacity(&self, queries: u32, options: &GrazingOptions) -> OpacityStudy {
-        if self.sweep.is_some() {
+        let (None, Some(triangles)) = (&self.field, &self.triangles) else {
             return OpacityStudy { queries, not_steps: 0 };
-        }
-        let patches = self.patches(0);
+        };
+        let patches = self.patches(triangles, 0);
         let is_step = |i: u32| {
             let mut random = Random::new(self.options.seed, Stream::Study as u64, u64::from(i));
             let uv = Vec2::new(random.unit(), random.unit());
@@ -175,26 +101,52 @@ impl PatchDataset {
         OpacityStudy { queries, not_steps: queries - steps }
     }
 
+    /// Height fields are closed.
     fn check_hits(&self, name: &str) -> Result<(), DatasetError> {
         const TRIES: u32 = 1024;
-        let patch = Patch::new(self.tile.clone(), self.options.kappa_range[1], 0.0);
+        let (None, Some(triangles)) = (&self.field, &self.triangles) else { return Ok(()) };
+        let patch = Patch::new(triangles.tile.clone(), self.options.kappa_range[1], 0.0);
         let mut random = Random::new(self.options.seed, 0, 0);
         let mut uv = || Vec2::new(random.unit(), random.unit());
         let hit = (0..TRIES).any(|_| patch.hits(uv(), Vec3::Z));
         if hit { Ok(()) } else { Err(DatasetError::NothingToHit { name: name.to_owned(), tries: TRIES }) }
     }
 
+    /// Numbers of the patches of a batch.
+    fn numbers(&self, index: u64) -> impl Iterator<Item = u64> + use<'_> {
+        let patches = self.options.patches;
+        (0..self.options.patches_per_batch).map(move |k| patches.map_or(index + k, |n| (index + k) % n))
+    }
+
+    /// Curvature of a patch, and the angle of the direction across its axis.
+    fn cylinder(&self, random: &mut Random) -> (f32, f32) {
+        (self.kappas.sample(random), std::f32::consts::TAU * random.unit())
+    }
+
+    fn numbered_cylinder(&self, number: u64) -> (f32, f32) {
+        self.cylinder(&mut Random::new(self.options.seed, Stream::Patch as u64, number))
+    }
+
     /// The patches of a batch. They are made before the rows are, so that no row waits for another.
-    fn patches(&self, index: u64) -> Vec<Arc<Patch>> {
-        let make = |group: u64| {
-            let number = self.options.patches.map_or(index + group, |n| (index + group) % n);
-            self.pool.get(number, || {
-                let mut random = Random::new(self.options.seed, Stream::Patch as u64, number);
-                let kappa = self.kappas.sample(&mut random);
-                Patch::new(self.tile.clone(), kappa, std::f32::consts::TAU * random.unit())
+    fn patches(&self, triangles: &Triangles, index: u64) -> Vec<Arc<Patch>> {
+        let make = |number: u64| {
+            triangles.pool.get(number, || {
+                let (kappa, rotation) = self.numbered_cylinder(number);
+                Patch::new(triangles.tile.clone(), kappa, rotation)
             })
         };
-        (0..self.options.patches_per_batch).map(make).collect()
+        self.numbers(index).map(make).collect()
+    }
+
+    /// Where the rows of a batch of the appearance are traced.
+    fn places(&self, index: u64) -> Places {
+        match &self.triangles {
+            Some(triangles) => Places::Patches(self.patches(triangles, index)),
+            None if self.options.patches.is_some() => {
+                Places::Cylinders(self.numbers(index).map(|number| self.numbered_cylinder(number)).collect())
+            }
+            None => Places::Anywhere,
+        }
     }
 
     fn opacity_sample(&self, patch: Option<&Patch>, random: &mut Random) -> OpacitySample {
@@ -202,17 +154,16 @@ impl PatchDataset {
         let (kappa, along) = match patch {
             Some(patch) => patch_query(patch, random),
             None => {
-                let kappa = self.kappas.sample(random);
-                (kappa, Vec2::from_angle(std::f32::consts::TAU * random.unit()))
+                let (kappa, angle) = self.cylinder(random);
+                (kappa, Vec2::from_angle(angle))
             }
         };
-        let depth = self.tile.depth();
-        let silhouette = match (&self.sweep, patch, self.options.silhouettes) {
-            (Some(sweep), ..) => Some(sweep.silhouette_cosine(uv, along, kappa)),
+        let silhouette = match (&self.field, patch, self.options.silhouettes) {
+            (Some(field), ..) => Some(field.sweep.silhouette_cosine(uv, along, kappa)),
             (None, Some(patch), Silhouettes::Traced(options)) => patch.silhouette_cosine(uv, along, &options),
             _ => None,
         };
-        let cos_o = distribution::opacity_cosine(silhouette, kappa, depth, random);
+        let cos_o = distribution::opacity_cosine(silhouette, kappa, self.depth, random);
         let wo = viewer(along, cos_o);
         let opaque = match (silhouette, patch) {
             (Some(cosine), None) => cos_o >= cosine,
@@ -228,16 +179,24 @@ impl PatchDataset {
         }
     }
 
-    fn appearance_sample(&self, patch: &Patch, random: &mut Random) -> AppearanceSample {
+    fn appearance_sample(&self, place: Place, random: &mut Random) -> AppearanceSample {
         let mut last = None;
         for _ in 0..MOST_TRIES {
             let uv = Vec2::new(random.unit(), random.unit());
-            let (kappa, along) = patch_query(patch, random);
+            let (kappa, along) = match place {
+                Place::Patch(patch) => patch_query(patch, random),
+                Place::Cylinder(kappa, angle) => (kappa, Vec2::from_angle(angle) * either_way(random)),
+                Place::Anywhere => {
+                    let (kappa, angle) = self.cylinder(random);
+                    (kappa, Vec2::from_angle(angle))
+                }
+            };
             let wo = viewer(along, distribution::appearance_cosine(random));
-            let wi = distribution::light(wo, random);
-            let found = patch.sample(&self.transport, uv, wo, wi, random);
-            let (offset, rgb) = found.map_or((Vec2::ZERO, Vec3::ZERO), |s| (s.offset, s.rgb));
-            let sample = AppearanceSample { uv, wo, wi, kappa, offset, rgb };
+            let query = Query { uv, wo, wi: distribution::light(wo, random), kappa_hat: kappa };
+            let found = self.trace(place, &query, random);
+            let PatchSample { offset, rgb } =
+                found.unwrap_or(PatchSample { offset: Vec2::ZERO, rgb: Vec3::ZERO });
+            let sample = AppearanceSample { query, offset, rgb };
             if found.is_some() {
                 return sample;
             }
@@ -246,6 +205,55 @@ impl PatchDataset {
         // One ray in a thousand hits a material that passed the check, so that this happens to one sample in 60 at worst.
         last.expect("at least one try")
     }
+
+    fn trace(&self, place: Place, query: &Query, random: &mut Random) -> Option<PatchSample> {
+        match (place, &self.field) {
+            (Place::Patch(patch), _) => patch.sample(&self.transport, query.uv, query.wo, query.wi, random),
+            (_, Some(field)) => field.sample(&self.transport, query, 1, random),
+            (_, None) => unreachable!("tile meshes are traced on patches"),
+        }
+    }
+}
+
+impl Triangles {
+    fn new(micro: &Microstructure, options: &DatasetOptions) -> Self {
+        let [least, most] = options.kappa_range;
+        let largest_curvature = least.abs().max(most.abs());
+        let tile = Arc::new(TileSurface::new(micro, &TileOptions { largest_curvature, ..options.tile }));
+        // Twice what one batch uses, so that a few threads may be at neighbouring batches.
+        let kept = 2 * usize::try_from(options.patches_per_batch).unwrap_or(64).min(64) + 2;
+        Self { tile, pool: PatchPool::new(kept) }
+    }
+}
+
+/// Where samples of a batch are traced; the rows are shared out evenly.
+enum Places {
+    Patches(Vec<Arc<Patch>>),
+    Cylinders(Vec<(f32, f32)>),
+    Anywhere,
+}
+
+impl Places {
+    fn of(&self, row: usize, count: usize) -> Place<'_> {
+        match self {
+            Self::Patches(patches) => Place::Patch(&patches[row * patches.len() / count]),
+            Self::Cylinders(cylinders) => {
+                let (kappa, angle) = cylinders[row * cylinders.len() / count];
+                Place::Cylinder(kappa, angle)
+            }
+            Self::Anywhere => Place::Anywhere,
+        }
+    }
+}
+
+/// Where a sample is traced.
+#[derive(Clone, Copy)]
+enum Place<'a> {
+    Patch(&'a Patch),
+    /// Curvature, and the angle of the direction across the axis.
+    Cylinder(f32, f32),
+    /// On a cylinder of its own.
+    Anywhere,
 }
 
 struct OpacitySample {
@@ -257,10 +265,7 @@ struct OpacitySample {
 }
 
 struct AppearanceSample {
-    uv: Vec2,
-    wo: Vec3,
-    wi: Vec3,
-    kappa: f32,
+    query: Query,
     offset: Vec2,
     rgb: Vec3,
 }
@@ -268,8 +273,11 @@ struct AppearanceSample {
 /// Curvature of a patch, and one of the two ways across it.
 #[allow(clippy::cast_possible_truncation, reason = "it was made from an f32")]
 fn patch_query(patch: &Patch, random: &mut Random) -> (f32, Vec2) {
-    let across = patch.across().as_vec2();
-    (patch.kappa() as f32, if random.unit() < 0.5 { across } else { -across })
+    (patch.kappa() as f32, patch.across().as_vec2() * either_way(random))
+}
+
+fn either_way(random: &mut Random) -> f32 {
+    if random.unit() < 0.5 { 1.0 } else { -1.0 }
 }
 
 /// The direction to a viewer whose rays run along `along`.
@@ -278,9 +286,17 @@ fn viewer(along: Vec2, cosine: f32) -> Vec3 {
 }
 
 impl SampleSource for PatchDataset {
+    fn first_features(&self, which: Features, shape: TextureShape, seed: u64) -> Option<Vec<f32>> {
+        let mut random = Random::new(seed, Stream::Features as u64, which as u64);
+        self.field.as_ref().map(|field| field.first_features(which, shape, &mut random))
+    }
+
     fn fill_opacity(&self, index: u64, batch: &mut OpacityBatch) {
         let count = batch.len();
-        let patches = if self.sweep.is_none() { self.patches(index) } else { Vec::new() };
+        let patches = match (&self.field, &self.triangles) {
+            (None, Some(triangles)) => self.patches(triangles, index),
+            _ => Vec::new(),
+        };
         let sample = |row: usize| {
             let patch = patches.get(row * patches.len() / count);
             let mut random = self.random(Stream::Opacity, index, row);
@@ -299,17 +315,18 @@ impl SampleSource for PatchDataset {
 
     fn fill_appearance(&self, index: u64, batch: &mut AppearanceBatch) {
         let count = batch.len();
-        let patches = self.patches(index);
+        let places = self.places(index);
         let sample = |row: usize| {
             let mut random = self.random(Stream::Appearance, index, row);
-            self.appearance_sample(&patches[row * patches.len() / count], &mut random)
+            self.appearance_sample(places.of(row, count), &mut random)
         };
         for (first, rows) in chunks(count, sample) {
             for (row, s) in (first..).zip(rows) {
-                [batch.uv[0][row], batch.uv[1][row]] = s.uv.to_array();
-                [batch.wo[0][row], batch.wo[1][row], batch.wo[2][row]] = s.wo.to_array();
-                [batch.wi[0][row], batch.wi[1][row], batch.wi[2][row]] = s.wi.to_array();
-                batch.kappa_hat[row] = s.kappa;
+                let Query { uv, wo, wi, kappa_hat } = s.query;
+                [batch.uv[0][row], batch.uv[1][row]] = uv.to_array();
+                [batch.wo[0][row], batch.wo[1][row], batch.wo[2][row]] = wo.to_array();
+                [batch.wi[0][row], batch.wi[1][row], batch.wi[2][row]] = wi.to_array();
+                batch.kappa_hat[row] = kappa_hat;
                 [batch.offset[0][row], batch.offset[1][row]] = s.offset.to_array();
                 [batch.rgb[0][row], batch.rgb[1][row], batch.rgb[2][row]] = s.rgb.to_array();
             }
@@ -336,6 +353,7 @@ fn chunks<T: Send>(count: usize, sample: impl Fn(usize) -> T + Sync) -> Vec<(usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::patch::TransportOptions;
     use crate::patch::test_fields::{bumps, level};
 
     fn dataset(options: DatasetOptions) -> PatchDataset {
@@ -359,27 +377,35 @@ mod tests {
 
     #[test]
     fn samples_depend_on_seed_and_index_only() {
-        let (a, b) = (dataset(DatasetOptions::default()), dataset(DatasetOptions::default()));
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-        // In another order, on another number of threads.
-        let first = [3, 0, 1].map(|i| (i, appearance(&a, i, 3000)));
-        for (i, batch) in first {
-            assert_eq!(pool.install(|| appearance(&b, i, 3000)), batch);
-            assert_ne!(appearance(&b, i + 7, 3000), batch);
+        for tracing in [Tracing::March, Tracing::Triangles] {
+            let options = DatasetOptions { tracing, ..DatasetOptions::default() };
+            let (a, b) = (dataset(options.clone()), dataset(options.clone()));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+            // In another order, on another number of threads.
+            let first = [3, 0, 1].map(|i| (i, appearance(&a, i, 3000)));
+            for (i, batch) in first {
+                assert_eq!(pool.install(|| appearance(&b, i, 3000)), batch);
+                assert_ne!(appearance(&b, i + 7, 3000), batch);
+            }
+            assert_eq!(pool.install(|| opacity(&b, 5, 3000)), opacity(&a, 5, 3000));
+            let other = dataset(DatasetOptions { seed: 1 << 63, ..options });
+            assert_ne!(opacity(&other, 5, 3000), opacity(&a, 5, 3000));
         }
-        assert_eq!(pool.install(|| opacity(&b, 5, 3000)), opacity(&a, 5, 3000));
-        let other = dataset(DatasetOptions { seed: 1 << 63, ..DatasetOptions::default() });
-        assert_ne!(opacity(&other, 5, 3000), opacity(&a, 5, 3000));
     }
 
     #[test]
     fn patches_repeat_where_there_are_only_so_many() {
-        let few =
-            dataset(DatasetOptions { patches: Some(2), patches_per_batch: 1, ..DatasetOptions::default() });
-        let kappa = |index| appearance(&few, index, 64).kappa_hat;
-        assert_eq!(kappa(0), kappa(2));
-        assert_ne!(kappa(0), kappa(1));
-        assert_ne!(appearance(&few, 0, 64).uv, appearance(&few, 2, 64).uv, "the queries still differ");
+        let mut kappas = Vec::new();
+        for tracing in [Tracing::March, Tracing::Triangles] {
+            let few = DatasetOptions { tracing, patches: Some(2), ..DatasetOptions::default() };
+            let few = dataset(DatasetOptions { patches_per_batch: 1, ..few });
+            let kappa = |index| appearance(&few, index, 64).kappa_hat;
+            assert_eq!(kappa(0), kappa(2));
+            assert_ne!(kappa(0), kappa(1));
+            assert_ne!(appearance(&few, 0, 64).uv, appearance(&few, 2, 64).uv, "the queries still differ");
+            kappas.push(kappa(0));
+        }
+        assert_eq!(kappas[0], kappas[1], "the same patches, however they are traced");
     }
 
     #[test]

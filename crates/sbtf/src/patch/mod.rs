@@ -2,8 +2,11 @@
 
 mod bend;
 mod dataset;
+mod dataset_options;
 mod distribution;
 mod export;
+mod field_tracer;
+mod first_features;
 mod grazing;
 mod march;
 mod pool;
@@ -18,14 +21,13 @@ mod transport;
 mod triangulate;
 
 pub use bend::{Bend, LEAST_CORE};
-pub use dataset::{DatasetError, DatasetOptions, PatchDataset, Silhouettes};
+pub use dataset::PatchDataset;
+pub use dataset_options::{DatasetError, DatasetOptions, Silhouettes, Tracing};
 pub use export::{ExportError, export_dataset};
+pub(crate) use field_tracer::FieldTracer;
 pub use grazing::{GrazingOptions, OpacityStudy};
-pub(crate) use march::BentField;
 pub(crate) use pool::PatchPool;
 pub use surface::Patch;
 pub use sweep::Sweep;
-pub(crate) use tile::FieldShading;
 pub use tile::{Shading, TileOptions, TileSurface};
-pub(crate) use transport::Space;
 pub use transport::{PatchSample, Transport, TransportOptions};

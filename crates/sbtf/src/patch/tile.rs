@@ -1,5 +1,7 @@
 //! [`TileSurface`]: the triangles of one tile, before bending, and how their points are shaded.
 
+use std::borrow::Cow;
+
 use glam::{Vec2, Vec3};
 
 use super::subdivide::subdivide_long_edges;
@@ -189,6 +191,15 @@ impl FieldShading {
     pub fn new(field: &HeightField, shading: Shading) -> Self {
         let normals = (shading == Shading::Smooth).then(|| field_normals(field));
         Self { field: field.clone(), normals }
+    }
+
+    pub fn field(&self) -> &HeightField {
+        &self.field
+    }
+
+    /// Normals of the smooth surface, of any length.
+    pub fn normals(&self) -> Cow<'_, Grid<Vec3>> {
+        self.normals.as_ref().map_or_else(|| Cow::Owned(field_normals(&self.field)), Cow::Borrowed)
     }
 
     /// Shading of the surface's point at these texture coordinates.

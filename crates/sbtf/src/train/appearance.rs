@@ -19,6 +19,8 @@ pub(crate) struct AppearanceLearner {
     supervision: Supervision,
     pub(crate) offset: Learner,
     pub(crate) colour: Learner,
+    /// Whether colours are looked up where rays hit in truth.
+    pub(crate) guided: bool,
     shards: Vec<[Shard; 2]>,
 }
 
@@ -57,7 +59,8 @@ impl AppearanceLearner {
         offset: Learner,
         colour: Learner,
     ) -> Self {
-        Self { architecture: architecture.clone(), loss, supervision, offset, colour, shards: Vec::new() }
+        let architecture = architecture.clone();
+        Self { architecture, loss, supervision, offset, colour, guided: false, shards: Vec::new() }
     }
 
     fn shard(&self) -> [Shard; 2] {
@@ -67,33 +70,48 @@ impl AppearanceLearner {
         ]
     }
 
-    /// Gradients of a batch, left in the shards. Returns the mean loss.
-    pub(crate) fn gradients(&mut self, batch: &AppearanceBatch, sigma: f64) -> f64 {
+    fn look(&mut self, sigma: f64) {
         self.offset.look(sigma);
         self.colour.look(sigma);
+    }
+
+    /// The shards of a batch, to be given back.
+    fn take_shards(&mut self, batch: &AppearanceBatch) -> Vec<[Shard; 2]> {
         let mut shards = std::mem::take(&mut self.shards);
         shards.resize_with(batch.len().div_ceil(SHARD), || self.shard());
-        let this = &*self;
-        let scale = 1.0 / batch.len().max(1) as f32;
+        shards
+    }
+
+    /// Gradients of a batch, left in the shards. Returns the mean loss.
+    #[cfg(test)]
+    pub(crate) fn gradients(&mut self, batch: &AppearanceBatch, sigma: f64) -> f64 {
+        self.look(sigma);
+        let mut shards = self.take_shards(batch);
+        let sum = self.part_gradients(batch, 0, &mut shards);
+        self.shards = shards;
+        sum / batch.len() as f64
+    }
+
+    /// Gradients of the part of a batch that begins with this row and has so many shards. Returns the sum of the losses.
+    fn part_gradients(&self, batch: &AppearanceBatch, first: usize, shards: &mut [[Shard; 2]]) -> f64 {
+        let scale = 1.0 / (batch.len() - first).min(shards.len() * SHARD).max(1) as f32;
         let losses: Vec<f64> = (shards.par_iter_mut().enumerate())
             .map(|(index, [offset, colour])| {
-                offset.begin(&this.offset);
-                colour.begin(&this.colour);
-                let end = ((index + 1) * SHARD).min(batch.len());
-                let sum: f64 = (index * SHARD..end)
-                    .step_by(BLOCK)
-                    .map(|first| {
-                        let count = BLOCK.min(end - first);
-                        this.block_gradients(batch, first, count, scale, offset, colour)
-                    })
-                    .sum();
-                offset.finish(&this.offset);
-                colour.finish(&this.colour);
+                offset.begin(&self.offset);
+                colour.begin(&self.colour);
+                let begin = first + index * SHARD;
+                let end = (begin + SHARD).min(batch.len());
+                let block = |first: usize| {
+                    let count = BLOCK.min(end - first);
+                    self.block_gradients(batch, first, count, scale, offset, colour)
+                };
+                let sum: f64 = (begin..end).step_by(BLOCK).map(block).sum();
+                offset.finish(&self.offset);
+                colour.finish(&self.colour);
                 sum
             })
             .collect();
-        self.shards = shards;
-        losses.iter().sum::<f64>() * f64::from(scale)
+        losses.iter().sum()
     }
 
     /// Forward and backward for one block; returns the sum of the losses.
@@ -122,7 +140,8 @@ impl AppearanceLearner {
         colour.backward(&self.colour);
         colour.scatter(&self.colour, count);
         for (sample, found) in found.iter().enumerate().take(count) {
-            let mut gradient = colour.slope(&self.colour, sample, 0);
+            let slope = || colour.slope(&self.colour, sample, 0);
+            let mut gradient = if self.guided { [0.0; 2] } else { slope() };
             if self.supervision == Supervision::Full {
                 for axis in 0..2 {
                     let error = found[axis] - batch.offset[axis][first + sample];
@@ -135,8 +154,8 @@ impl AppearanceLearner {
                     offset.set_gradient(&self.offset, sample, 0, gradient[0]);
                     offset.set_gradient(&self.offset, sample, 1, gradient[1]);
                 }
-                OffsetForm::AlongRay => {
-                    let [u, v] = [0, 1].map(|axis: usize| rays.per_depth[axis][sample] * gradient[axis]);
+                OffsetForm::AlongRay | OffsetForm::AlongReach => {
+                    let [u, v] = [0, 1].map(|axis: usize| rays.unit[axis][sample] * gradient[axis]);
                     offset.set_gradient(&self.offset, sample, 0, u + v);
                 }
             }
@@ -180,10 +199,17 @@ impl AppearanceLearner {
         let found: [[f32; 2]; BLOCK] = std::array::from_fn(|sample| {
             [0, 1].map(|axis: usize| match form.offset {
                 OffsetForm::Free => offset.output(&self.offset, sample, axis),
-                OffsetForm::AlongRay => offset.output(&self.offset, sample, 0) * rays.per_depth[axis][sample],
+                OffsetForm::AlongRay | OffsetForm::AlongReach => {
+                    offset.output(&self.offset, sample, 0) * rays.unit[axis][sample]
+                }
             })
         });
-        let hit = [0, 1].map(|axis: usize| std::array::from_fn(|i| rays.uv[axis][i] + found[i][axis]));
+        let hit = [0, 1].map(|axis: usize| {
+            std::array::from_fn(|i| {
+                let guide = self.guided.then(|| batch.offset[axis].get(first + i)).flatten();
+                rays.uv[axis][i] + guide.copied().unwrap_or(found[i][axis])
+            })
+        });
         colour.fetch(&self.colour, 0, &hit);
         colour.forward(&self.colour);
         found
@@ -191,13 +217,23 @@ impl AppearanceLearner {
 
     /// Learns from a batch; returns the mean loss before.
     pub(crate) fn step(&mut self, batch: &AppearanceBatch, update: Update) -> f64 {
-        let loss = self.gradients(batch, update.sigma);
-        for (which, learner) in [&mut self.offset, &mut self.colour].into_iter().enumerate() {
-            let footprints: Vec<_> = self.shards.iter().map(|pair| &pair[which].footprints).collect();
-            let networks: Vec<_> = self.shards.iter().map(|pair| pair[which].network.as_slice()).collect();
-            learner.step(&footprints, &networks, update);
+        self.guided = update.guided;
+        self.look(update.sigma);
+        let mut shards = self.take_shards(batch);
+        let (length, parts) = update.parts(batch.len());
+        let mut sum = 0.0;
+        for (part, shards) in (0..).zip(shards.chunks_mut(length)) {
+            let first = usize::try_from(part).unwrap_or(0) * length * SHARD;
+            sum += self.part_gradients(batch, first, shards);
+            self.offset.step_network(shards.iter().map(|pair| &pair[0]), update, [part, parts]);
+            self.colour.step_network(shards.iter().map(|pair| &pair[1]), update, [part, parts]);
         }
-        loss
+        for (which, learner) in [&mut self.offset, &mut self.colour].into_iter().enumerate() {
+            let footprints: Vec<_> = shards.iter().map(|pair| &pair[which].footprints).collect();
+            learner.step_texture(&footprints, update);
+        }
+        self.shards = shards;
+        sum / batch.len().max(1) as f64
     }
 
     /// Gradients that [`Self::gradients`] left, of the offset and of the colour module: texture, then network.
@@ -206,16 +242,15 @@ impl AppearanceLearner {
         [0, 1].map(|which| {
             let learner = if which == 0 { &mut self.offset } else { &mut self.colour };
             let footprints: Vec<_> = self.shards.iter().map(|pair| &pair[which].footprints).collect();
-            let networks: Vec<_> = self.shards.iter().map(|pair| pair[which].network.as_slice()).collect();
-            let (texture, network) = learner.gradients(&footprints, &networks, sigma);
-            (texture.to_vec(), network)
+            let texture = learner.texture_gradient(&footprints, sigma).to_vec();
+            (texture, learner.network_gradient(self.shards.iter().map(|pair| &pair[which])))
         })
     }
 
     /// Compares the outputs for a batch with the truth, features blurred as in training.
     pub(crate) fn score(&mut self, batch: &AppearanceBatch, sigma: f64) -> AppearanceSums {
-        self.offset.look(sigma);
-        self.colour.look(sigma);
+        self.look(sigma);
+        self.guided = false;
         let this = &*self;
         let sums: Vec<AppearanceSums> = (0..batch.len().div_ceil(BLOCK))
             .into_par_iter()
@@ -261,8 +296,8 @@ struct Rays {
     uv: [[f32; BLOCK]; 2],
     /// From offset tap 0 to offset tap 1.
     step: [[f32; BLOCK]; 2],
-    /// What an offset along the ray is counted in.
-    per_depth: [[f32; BLOCK]; 2],
+    /// What a single output of the offset network is counted in.
+    unit: [[f32; BLOCK]; 2],
     /// As the networks see it.
     curvature: [f32; BLOCK],
 }
@@ -270,18 +305,21 @@ struct Rays {
 impl Rays {
     fn new(form: &Architecture, batch: &AppearanceBatch, first: usize, count: usize) -> Self {
         let zeros = [[0.0; BLOCK]; 2];
-        let mut rays = Self { count, uv: zeros, step: zeros, per_depth: zeros, curvature: [0.0; BLOCK] };
+        let mut rays = Self { count, uv: zeros, step: zeros, unit: zeros, curvature: [0.0; BLOCK] };
         for sample in 0..count {
             let i = first + sample;
             let wo = Vec3::new(batch.wo[0][i], batch.wo[1][i], batch.wo[2][i]);
             let kappa = form.clamp_curvature(batch.kappa_hat[i]);
             let step = azimuth(wo) * form.offset_reach(wo, kappa);
-            let per_depth = -Vec2::new(wo.x, wo.y) / wo.z.max(STEEPEST_RAY);
+            let unit = match form.offset {
+                OffsetForm::AlongReach => step,
+                _ => -Vec2::new(wo.x, wo.y) / wo.z.max(STEEPEST_RAY),
+            };
             rays.curvature[sample] = form.encode_curvature(kappa);
             for axis in 0..2 {
                 rays.uv[axis][sample] = batch.uv[axis][i];
                 rays.step[axis][sample] = step[axis];
-                rays.per_depth[axis][sample] = per_depth[axis];
+                rays.unit[axis][sample] = unit[axis];
             }
         }
         rays

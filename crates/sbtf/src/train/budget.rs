@@ -57,7 +57,8 @@ fn seconds<T: Task + Send>(form: &Architecture, options: &TrainOptions, source: 
         }
         // Half of a run is blurred, mostly little.
         let sigma = if step.is_multiple_of(2) { 0.0 } else { 0.25 * options.blur };
-        let update = Update { network: options.network_rate, texture: options.texture_rate, sigma };
+        let (network, texture) = (options.network_rate, options.texture_rate);
+        let update = Update { network, texture, sigma, guided: false, network_batch: options.network_batch };
         let task = &mut task;
         rayon::join(|| task.step(&batch, update), || replay.fill(step + 1, &mut next));
         std::mem::swap(&mut batch, &mut next);

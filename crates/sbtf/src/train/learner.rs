@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::blur::{LEAST_SIGMA, blur};
 use super::kernels::{AdamStep, InstructionSet, Shape, adam};
+use super::shard::{SHARD, Shard};
 use super::texture::{Footprints, gather};
 use crate::model::{FeatureTexture, Layer, Mlp, Module, TextureShape};
 use crate::random::Random;
@@ -49,6 +50,10 @@ pub(crate) struct Update {
     pub(crate) texture: f64,
     /// Standard deviation of the blur, in texels.
     pub(crate) sigma: f64,
+    /// Samples after which networks are moved; textures wait for the whole batch.
+    pub(crate) network_batch: usize,
+    /// Whether colours are looked up where rays hit in truth.
+    pub(crate) guided: bool,
 }
 
 /// All that a learner has learned.
@@ -76,6 +81,14 @@ pub(crate) struct Learner {
 
 /// Range of initial features. The first blur shrinks them thirtyfold; from zeros nothing tells texels apart.
 const FEATURES: f32 = 0.5;
+
+impl Update {
+    /// Shards after which networks are moved, and how often that is in a batch of so many samples.
+    pub(crate) fn parts(&self, samples: usize) -> (usize, u64) {
+        let shards = self.network_batch.div_ceil(SHARD).max(1);
+        (shards, samples.div_ceil(SHARD).div_ceil(shards).max(1) as u64)
+    }
+}
 
 impl Learner {
     /// Random features, and weights after He et al. ("Delving deep into rectifiers", ICCV 2015) so that signals keep their size.
@@ -106,6 +119,13 @@ impl Learner {
         }
     }
 
+    /// Begins with these features instead of random ones, if there are any.
+    pub(crate) fn begin_with(&mut self, texels: impl FnOnce(TextureShape) -> Option<Vec<f32>>) {
+        if let Some(texels) = texels(self.shape).filter(|texels| texels.len() == self.shape.len()) {
+            self.state.texture = Parameters::new(texels);
+        }
+    }
+
     /// Makes the features that the network will see.
     pub(crate) fn look(&mut self, sigma: f64) {
         self.blurred = sigma >= LEAST_SIGMA;
@@ -120,34 +140,42 @@ impl Learner {
         if self.blurred { &self.seen } else { &self.state.texture.values }
     }
 
-    /// Gathers the shards' gradients of texture and network, in the order of the shards.
-    pub(crate) fn gradients(
-        &mut self,
-        footprints: &[&Footprints],
-        networks: &[&[f32]],
-        sigma: f64,
-    ) -> (&[f32], Vec<f32>) {
+    /// Sums the shards' gradients of the network, in the order of the shards.
+    pub(crate) fn network_gradient<'a>(&self, shards: impl Iterator<Item = &'a Shard>) -> Vec<f32> {
+        let mut sum = vec![0.0; self.state.network.values.len()];
+        for shard in shards {
+            sum.iter_mut().zip(&shard.network).for_each(|(sum, g)| *sum += g);
+        }
+        sum
+    }
+
+    /// Gathers the shards' gradients of the texture, in the order of the shards.
+    pub(crate) fn texture_gradient(&mut self, footprints: &[&Footprints], sigma: f64) -> &[f32] {
         gather(self.set, self.shape, footprints, &mut self.texture_gradient);
         if self.blurred {
             blur(self.set, self.shape, sigma, &mut self.texture_gradient, &mut self.scratch);
         }
-        let mut network = vec![0.0; self.state.network.values.len()];
-        for shard in networks {
-            network.iter_mut().zip(*shard).for_each(|(sum, g)| *sum += g);
-        }
-        (&self.texture_gradient, network)
+        &self.texture_gradient
     }
 
-    /// Takes a step down the shards' gradients.
-    pub(crate) fn step(&mut self, footprints: &[&Footprints], networks: &[&[f32]], update: Update) {
-        let (_, network) = self.gradients(footprints, networks, update.sigma);
+    /// Moves the network down the gradients of a part of a batch; `part` counts from 0, `parts` is their number in every batch.
+    pub(crate) fn step_network<'a>(
+        &mut self,
+        shards: impl Iterator<Item = &'a Shard>,
+        update: Update,
+        [part, parts]: [u64; 2],
+    ) {
+        let gradient = self.network_gradient(shards);
+        let adam = AdamStep::new(update.network, self.state.steps * parts + part + 1);
+        self.state.network.step(self.set, adam, &gradient);
+    }
+
+    /// Moves the texture down the gradients of a whole batch, which ends its step.
+    pub(crate) fn step_texture(&mut self, footprints: &[&Footprints], update: Update) {
+        self.texture_gradient(footprints, update.sigma);
         self.state.steps += 1;
-        self.state.texture.step(
-            self.set,
-            AdamStep::new(update.texture, self.state.steps),
-            &self.texture_gradient,
-        );
-        self.state.network.step(self.set, AdamStep::new(update.network, self.state.steps), &network);
+        let adam = AdamStep::new(update.texture, self.state.steps);
+        self.state.texture.step(self.set, adam, &self.texture_gradient);
     }
 
     /// The module with the features that its network last saw.

@@ -88,24 +88,37 @@ impl OpacityLearner {
         (0..u32::MAX).zip(0..batch.len()).filter_map(|(id, i)| Some((id, target(i)?))).collect()
     }
 
+    /// The shards of so many samples, to be given back.
+    fn take_shards(&mut self, samples: usize) -> Vec<Shard> {
+        let (form, layers) = (&self.architecture, &self.learner.layers);
+        let mut shards = std::mem::take(&mut self.shards);
+        shards.resize_with(samples.div_ceil(SHARD), || Shard::new(layers, form.opacity_taps.len()));
+        shards
+    }
+
     /// Gradients of a batch, left in the shards. Returns the mean loss, 0 for a batch without samples that teach.
+    #[cfg(test)]
     pub(crate) fn gradients(&mut self, batch: &OpacityBatch, sigma: f64) -> f64 {
         self.learner.look(sigma);
         let targets = self.targets(batch);
+        let mut shards = self.take_shards(targets.len());
+        let sum = self.part_gradients(batch, &targets, &mut shards);
+        self.shards = shards;
+        sum / targets.len().max(1) as f64
+    }
+
+    /// Gradients of a part of a batch. Returns the sum of the losses.
+    fn part_gradients(&self, batch: &OpacityBatch, targets: &[(u32, Target)], shards: &mut [Shard]) -> f64 {
         let (form, learner) = (&self.architecture, &self.learner);
-        self.shards.resize_with(targets.len().div_ceil(SHARD), || {
-            Shard::new(&learner.layers, form.opacity_taps.len())
-        });
-        let loss = self.loss;
         let scale = 1.0 / targets.len().max(1) as f32;
-        let losses: Vec<f64> = (targets.par_chunks(SHARD).zip(&mut self.shards))
+        let losses: Vec<f64> = (targets.par_chunks(SHARD).zip(shards))
             .map(|(targets, shard)| {
                 shard.begin(learner);
                 let mut sum = 0.0;
                 for block in targets.chunks(BLOCK) {
                     predict(form, learner, shard, batch, block);
                     for (sample, (_, target)) in block.iter().enumerate() {
-                        let (value, slope) = loss.of(*target, shard.output(learner, sample, 0));
+                        let (value, slope) = self.loss.of(*target, shard.output(learner, sample, 0));
                         sum += f64::from(value);
                         shard.set_gradient(learner, sample, 0, slope * scale);
                     }
@@ -117,25 +130,34 @@ impl OpacityLearner {
                 sum
             })
             .collect();
-        losses.iter().sum::<f64>() * f64::from(scale)
+        losses.iter().sum()
     }
 
     /// Gradients that [`Self::gradients`] left: of the texture, and of the network.
     #[cfg(test)]
     pub(crate) fn gathered(&mut self, sigma: f64) -> (Vec<f32>, Vec<f32>) {
         let footprints: Vec<_> = self.shards.iter().map(|shard| &shard.footprints).collect();
-        let networks: Vec<_> = self.shards.iter().map(|shard| shard.network.as_slice()).collect();
-        let (texture, network) = self.learner.gradients(&footprints, &networks, sigma);
-        (texture.to_vec(), network)
+        let texture = self.learner.texture_gradient(&footprints, sigma).to_vec();
+        (texture, self.learner.network_gradient(self.shards.iter()))
     }
 
     /// Learns from a batch; returns the mean loss before.
     pub(crate) fn step(&mut self, batch: &OpacityBatch, update: Update) -> f64 {
-        let loss = self.gradients(batch, update.sigma);
-        let footprints: Vec<_> = self.shards.iter().map(|shard| &shard.footprints).collect();
-        let networks: Vec<_> = self.shards.iter().map(|shard| shard.network.as_slice()).collect();
-        self.learner.step(&footprints, &networks, update);
-        loss
+        self.learner.look(update.sigma);
+        let targets = self.targets(batch);
+        let mut shards = self.take_shards(targets.len());
+        let (length, parts) = update.parts(batch.len());
+        let mut sum = 0.0;
+        for (part, (targets, shards)) in
+            (0..).zip(targets.chunks(length * SHARD).zip(shards.chunks_mut(length)))
+        {
+            sum += self.part_gradients(batch, targets, shards);
+            self.learner.step_network(shards.iter(), update, [part, parts]);
+        }
+        let footprints: Vec<_> = shards.iter().map(|shard| &shard.footprints).collect();
+        self.learner.step_texture(&footprints, update);
+        self.shards = shards;
+        sum / targets.len().max(1) as f64
     }
 
     /// Compares the outputs for a batch with the truth, features blurred as in training.

@@ -14,6 +14,9 @@ pub struct TrainOptions {
     pub opacity_batch: usize,
     /// Samples in a step of offset and colour.
     pub appearance_batch: usize,
+    /// Samples after which the networks are moved. Textures wait for the whole batch: a pass over all texels costs as much as
+    /// thousands of samples, and few texels have seen one after so many.
+    pub network_batch: usize,
     /// Steps that each sample of the opacity is used in.
     pub opacity_reuse: u32,
     /// Steps that each sample of offset and colour is used in. They cost a path each, far more than a step does per sample.
@@ -32,8 +35,14 @@ pub struct TrainOptions {
     pub starts: u32,
     /// Share of the steps that each start takes before it is judged.
     pub trial: f64,
+    /// Whether feature textures begin with the material's own maps, where the source has them; never without the true silhouettes.
+    pub informed: bool,
     /// Whether the true silhouettes and offsets are used.
     pub supervision: Supervision,
+    /// Share of the steps of the appearance in which colours are looked up where rays hit in truth, instead of where the offset leads.
+    /// Their features stay sharp while the offset is still far off; the rest of the run makes the best of what it became. Without
+    /// the true offsets there is no such part.
+    pub guided: f64,
     /// How the opacity is judged.
     pub opacity_loss: OpacityLoss,
     /// How colour and offset are judged.
@@ -92,16 +101,19 @@ impl Default for TrainOptions {
             appearance_steps: 12_000,
             opacity_batch: 16_384,
             appearance_batch: 16_384,
+            network_batch: 2048,
             opacity_reuse: 3,
             appearance_reuse: 8,
             network_rate: 6e-3,
-            texture_rate: 2e-2,
+            texture_rate: 6e-3,
             blur: 8.0,
             blur_halvings: 9.0,
             seed: 1,
             starts: 4,
             trial: 0.04,
             supervision: Supervision::Full,
+            guided: 0.0,
+            informed: true,
             opacity_loss: OpacityLoss::default(),
             appearance_loss: AppearanceLoss::default(),
             held_out: 65_536,

@@ -184,6 +184,7 @@ fn appearance_loss(
         let offset = [0, 1].map(|axis: usize| match form.offset {
             OffsetForm::Free => found[axis],
             OffsetForm::AlongRay => -found[0] * f64::from(wo[axis]) / f64::from(wo.z.max(STEEPEST_RAY)),
+            OffsetForm::AlongReach => found[0] * f64::from(step[axis]),
         });
         let mut inputs = modules[1].features(uv[0] + offset[0], uv[1] + offset[1]);
         inputs.extend([wi.x, wi.y, wi.z, wo.x, wo.y].map(f64::from));
@@ -312,6 +313,7 @@ fn appearance_gradients_are_central_differences() {
         (OffsetForm::Free, ColourLoss::Unbiased, Supervision::Full, 0.0),
         (OffsetForm::Free, ColourLoss::Logarithmic, Supervision::ColourAndAlpha, 0.7),
         (OffsetForm::AlongRay, ColourLoss::Unbiased, Supervision::ColourAndAlpha, 0.0),
+        (OffsetForm::AlongReach, ColourLoss::Unbiased, Supervision::Full, 0.7),
     ] {
         let curvature =
             if offset == OffsetForm::Free { CurvatureInput::Given } else { CurvatureInput::Absent };

@@ -6,7 +6,7 @@ use super::texture::Footprints;
 
 /// Samples in a shard: enough to make up for its sums, few enough to share a batch among threads. Fixed, so that results
 /// do not depend on the number of threads.
-pub(crate) const SHARD: usize = 8 * BLOCK;
+pub(crate) const SHARD: usize = 4 * BLOCK;
 
 /// A network's rows, gradients and footprints for one shard.
 #[derive(Debug, Clone)]

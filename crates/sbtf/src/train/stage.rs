@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::learner::{LearnerState, Update};
-use super::options::TrainOptions;
+use super::options::{Supervision, TrainOptions};
 use super::replay::Replay;
 use super::report::{CurvePoint, Recovery, Scores, TrainReport, Trial};
 use super::task::{Rows, Task};
@@ -59,6 +59,18 @@ pub(super) struct Context<'a> {
     pub(super) source: &'a dyn SampleSource,
 }
 
+impl Context<'_> {
+    /// A task as a start begins with it.
+    fn fresh<T: Task>(&self, start: u32) -> T {
+        let mut random = Random::new(self.options.seed, u64::from(start), u64::MAX);
+        let mut task = T::fresh(self.form, self.options, &mut random);
+        if self.options.informed && self.options.supervision == Supervision::Full {
+            task.inform(self.source, random.bits());
+        }
+        task
+    }
+}
+
 /// Steps of each trial, and of the start that is taken on.
 fn steps(options: &TrainOptions, total: u64) -> (u64, u64) {
     if options.starts < 2 {
@@ -76,6 +88,8 @@ fn schedule(options: &TrainOptions, share: f64, rate_scale: f64) -> Update {
         network: options.network_rate * decay,
         texture: options.texture_rate * decay,
         sigma: options.blur * (-share * options.blur_halvings).exp2(),
+        network_batch: options.network_batch,
+        guided: options.supervision == Supervision::Full && share < options.guided,
     }
 }
 
@@ -91,8 +105,7 @@ pub(super) fn run<T: Task + Send>(
     report: &mut TrainReport,
     tell: &mut dyn FnMut(&Event) -> Result<ControlFlow<()>, TrainError>,
 ) -> Result<T, TrainError> {
-    let mut random = Random::new(context.options.seed, 0, u64::MAX);
-    let mut course = Course::<T>::new(context, T::fresh(context.form, context.options, &mut random));
+    let mut course = Course::<T>::new(context, context.fresh(0));
     if let Some(saved) = saved {
         course.restore(&saved);
     } else {
@@ -152,8 +165,7 @@ impl<'a, T: Task + Send> Course<'a, T> {
         }
         let mut best: Option<(f64, Saved)> = None;
         for start in 0..self.context.options.starts {
-            let mut random = Random::new(self.context.options.seed, u64::from(start), u64::MAX);
-            self.task = T::fresh(self.context.form, self.context.options, &mut random);
+            self.task = self.context.fresh(start);
             self.position = Position { rate_scale: 1.0, ..Position::default() };
             self.given_up = u64::from(start) * self.trial;
             self.advance(self.trial, false, report, tell)?;

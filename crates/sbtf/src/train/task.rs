@@ -9,7 +9,7 @@ use super::options::TrainOptions;
 use super::report::{Scores, Stage};
 use crate::model::Architecture;
 use crate::random::Random;
-use crate::samples::{AppearanceBatch, OpacityBatch, SampleSource};
+use crate::samples::{AppearanceBatch, Features, OpacityBatch, SampleSource};
 
 /// Samples as a structure of arrays.
 pub(super) trait Rows: Default + Send + Sync {
@@ -42,6 +42,8 @@ pub(super) trait Task {
     /// Which part of a run it is.
     const STAGE: Stage;
     fn fresh(form: &Architecture, options: &TrainOptions, random: &mut Random) -> Self;
+    /// Lets the features begin with what the source knows of the material.
+    fn inform(&mut self, source: &dyn SampleSource, seed: u64);
     /// Steps and samples in a step.
     fn amount(options: &TrainOptions) -> (u64, usize);
     /// How many steps a sample is used in.
@@ -61,6 +63,10 @@ impl Task for OpacityLearner {
 
     fn fresh(form: &Architecture, options: &TrainOptions, random: &mut Random) -> Self {
         Self::new(form, options.opacity_loss, options.supervision, random)
+    }
+
+    fn inform(&mut self, source: &dyn SampleSource, seed: u64) {
+        self.learner.begin_with(|shape| source.first_features(Features::Rays, shape, seed));
     }
 
     fn amount(options: &TrainOptions) -> (u64, usize) {
@@ -96,6 +102,11 @@ impl Task for AppearanceLearner {
 
     fn fresh(form: &Architecture, options: &TrainOptions, random: &mut Random) -> Self {
         Self::new(form, options.appearance_loss, options.supervision, random)
+    }
+
+    fn inform(&mut self, source: &dyn SampleSource, seed: u64) {
+        self.offset.begin_with(|shape| source.first_features(Features::Rays, shape, seed));
+        self.colour.begin_with(|shape| source.first_features(Features::Colour, shape, seed));
     }
 
     fn amount(options: &TrainOptions) -> (u64, usize) {
