@@ -175,7 +175,7 @@ fn next_surface<'a>(
     counters: &mut Counters,
 ) -> Option<Found<'a>> {
     counters.rays += 1;
-    let mut hit = scene.bvh.closest_hit(ray)?;
+    let mut hit = scene.geometry.closest_hit(ray)?;
     if !effects.transparency && !effects.silhouettes {
         return Some(Found { hit, silhouette: None });
     }
@@ -189,8 +189,8 @@ fn next_surface<'a>(
         chance = (chance - opacity) / (1.0 - opacity);
         counters.pass_throughs += 1;
         counters.rays += 1;
-        ray.origin = scene.bvh.surface_point(&hit).origin_towards(ray.direction);
-        hit = scene.bvh.closest_hit(ray)?;
+        ray.origin = scene.geometry.surface_point(&hit).origin_towards(ray.direction);
+        hit = scene.geometry.closest_hit(ray)?;
     }
 }
 
@@ -214,8 +214,7 @@ fn opacity_of<'a>(
 
 /// Opacity of a surface without silhouettes.
 pub(crate) fn plain_opacity(scene: &Prepared, hit: &Hit) -> f32 {
-    let material = scene.material_of.get(hit.triangle as usize);
-    material.map_or(1.0, |&m| scene.materials[m as usize].opacity)
+    scene.material_of(hit.triangle).map_or(1.0, |material| material.opacity)
 }
 
 pub(crate) fn surface_vertex<'a>(
@@ -278,17 +277,17 @@ fn transmittance(
     let mut ray = shadow_ray(origin, sample);
     counters.shadow_rays += 1;
     if !effects.transparency && !effects.silhouettes {
-        return if scene.bvh.any_hit(&ray) { 0.0 } else { 1.0 };
+        return if scene.geometry.any_hit(&ray) { 0.0 } else { 1.0 };
     }
     let mut left = 1.0;
-    while let Some(hit) = scene.bvh.closest_hit(&ray) {
+    while let Some(hit) = scene.geometry.closest_hit(&ray) {
         left *= 1.0 - opacity_of(scene, effects, &hit, ray.direction, counters).0;
         if left <= 0.0 {
             return 0.0;
         }
         counters.pass_throughs += 1;
         counters.shadow_rays += 1;
-        ray.origin = scene.bvh.surface_point(&hit).origin_towards(ray.direction);
+        ray.origin = scene.geometry.surface_point(&hit).origin_towards(ray.direction);
         ray.t_max -= hit.t;
     }
     left

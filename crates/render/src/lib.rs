@@ -48,6 +48,7 @@ mod distribution;
 mod effects;
 pub mod false_colour;
 mod film;
+mod geometry;
 mod integrator;
 mod lighting;
 mod lights;

@@ -11,7 +11,7 @@ use osculate_geom::rays::{Hit, SurfacePoint};
 use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
 use crate::math::Frame;
-use crate::prepared::Prepared;
+use crate::prepared::{Facet, Prepared};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 
 /// What answers queries.
@@ -48,22 +48,19 @@ pub(crate) struct SilhouettePoint<'a> {
 impl<'a> Met<'a> {
     /// What the ray that comes from direction `wo` (unit) meets; `None` if the triangle's material has no silhouettes.
     pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Option<Self> {
-        let triangle = hit.triangle as usize;
-        let number = *scene.material_of.get(triangle)? as usize;
-        let material = scene.materials[number].silhouette.as_ref()?;
-        let surface = scene.bvh.surface_point(hit);
-        let corners = scene.indices[triangle].map(|i| i as usize);
+        let material = scene.material_of(hit.triangle)?.silhouette.as_ref()?;
+        let surface = scene.geometry.surface_point(hit);
         let [a, b, c] = hit.barycentrics;
-        let normals = corners.map(|i| scene.normals[i]);
+        let Facet { corners, normals, uvs } = scene.facet(hit.triangle);
         let blended = a * normals[0] + b * normals[1] + c * normals[2];
         let normal = blended.try_normalize().unwrap_or(surface.normal);
         if surface.normal.dot(wo) <= 0.0 || normal.dot(wo) <= 0.0 {
             return Some(Self::Back);
         }
         let frame = Frame::new(normal);
-        let uvs = corners.map(|i| Vec2::from(scene.uvs[i]) * Vec2::from(material.tiles));
+        let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
-        let uv_from_tangent = uv_per_length(scene.bvh.triangles()[triangle], uvs, &frame);
+        let uv_from_tangent = uv_per_length(corners, uvs, &frame);
         let along = scene.ray_curvature(hit, wo);
         Some(Self::Front(SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo)))
     }

@@ -31,7 +31,7 @@ pub(super) fn next_surfaces<'a>(
     let mut found: Vec<Option<Found<'a>>> = Vec::new();
     found.resize_with(active.len(), || None);
     let first = |(slot, &path): (usize, &usize)| {
-        let hit = cx.scene.bvh.closest_hit(&paths[path].ray)?;
+        let hit = cx.scene.geometry.closest_hit(&paths[path].ray)?;
         Some(Passing { slot, path, hit, chance: paths[path].sampler.next_1d() })
     };
     let mut pending: Vec<Passing> = active.iter().enumerate().filter_map(first).collect();
@@ -51,7 +51,7 @@ pub(super) fn next_surfaces<'a>(
             counters.rays += 1;
             let ray = &mut paths[passing.path].ray;
             ray.origin = behind(cx.scene, &passing.hit, ray.direction);
-            let next = cx.scene.bvh.closest_hit(ray);
+            let next = cx.scene.geometry.closest_hit(ray);
             next.inspect(|&hit| passing.hit = hit).is_some()
         });
     }
@@ -84,7 +84,7 @@ pub(super) fn transmittances(
     counters: &mut Counters,
 ) {
     counters.shadow_rays += shadows.len() as u64;
-    let first = |(k, shadow): (usize, &Shadow)| Some((k, cx.scene.bvh.closest_hit(&shadow.ray)?));
+    let first = |(k, shadow): (usize, &Shadow)| Some((k, cx.scene.geometry.closest_hit(&shadow.ray)?));
     let mut pending: Vec<(usize, Hit)> = shadows.iter().enumerate().filter_map(first).collect();
     while !pending.is_empty() {
         let hits = pending.iter().map(|&(k, hit)| (hit, shadows[k].ray.direction));
@@ -102,7 +102,7 @@ pub(super) fn transmittances(
             counters.shadow_rays += 1;
             shadow.ray.origin = behind(cx.scene, hit, shadow.ray.direction);
             shadow.ray.t_max -= hit.t;
-            let next = cx.scene.bvh.closest_hit(&shadow.ray);
+            let next = cx.scene.geometry.closest_hit(&shadow.ray);
             next.inspect(|&next| *hit = next).is_some()
         });
     }
@@ -110,5 +110,5 @@ pub(super) fn transmittances(
 
 /// Where a ray goes on that passed through a surface.
 fn behind(scene: &Prepared, hit: &Hit, direction: Vec3) -> Vec3 {
-    scene.bvh.surface_point(hit).origin_towards(direction)
+    scene.geometry.surface_point(hit).origin_towards(direction)
 }
