@@ -1,17 +1,27 @@
-//! Whole renders of small pictures: what each effect that the plan may leave out costs, and how time grows with samples.
+//! Whole renders of small pictures: what each effect that the plan may leave out costs, how time grows with samples, and what it
+//! brings to ask neural materials in batches.
 #![allow(missing_docs, reason = "criterion_group makes an undocumented function")]
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
+use osculate_geom::curvature::{CurvatureOptions, estimate};
+use osculate_geom::field::{CurvatureField, Filter, FilterQuery, SurfacePoint, WalkLength};
+use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::shapes;
-use osculate_render::scene::{PreviewOptions, SurfaceSource};
-use osculate_render::{
-    Environment, EnvironmentImage, Light, Material, MeshInstance, RenderOptions, Scene, StopRule, render,
+use osculate_render::scene::{
+    DirectionalCurvature, PreviewOptions, QueryForm, RayCurvature, SilhouetteMaterial, SurfaceSource,
 };
+use osculate_render::{
+    Environment, EnvironmentImage, Light, Material, MeshInstance, Queries, RenderOptions, Scene, StopRule,
+    render,
+};
+use osculate_sbtf::file::ModelFile;
+use osculate_sbtf::sampling::Sampler;
 
 const SIZE: [u32; 2] = [128, 96];
 
@@ -63,5 +73,85 @@ fn bench_pictures(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, bench_pictures);
+/// Curvature for rays on the torus, by a filter.
+#[derive(Debug)]
+struct Field {
+    field: CurvatureField<'static>,
+    filter: Filter,
+    walk: WalkLength,
+}
+
+impl DirectionalCurvature for Field {
+    fn along(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32> {
+        self.ask(triangle, barycentrics, direction).map(|answer| answer.kappa)
+    }
+
+    #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
+    fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
+        let point = SurfacePoint { triangle, barycentric: barycentrics.map(f64::from) };
+        let [x, y, z] = direction.to_array().map(f64::from);
+        let query = FilterQuery { point, w: osculate_geom::Vec3::new(x, y, z), length: self.walk };
+        let answer = self.filter.ask(&self.field, &query)?;
+        let uv_rate = answer.uv_rate.map(|rate| rate.map(|q| q as f32));
+        Some(RayCurvature { kappa: answer.kappa as f32, uv_rate })
+    }
+}
+
+/// A torus under the shipped stones, with a sun and an even sky.
+fn stones(filter: Filter) -> Scene {
+    let (columns, rows) = (240, 120);
+    let mesh = Arc::new(shapes::torus_with_uv(1.0, 0.45, columns, rows));
+    let surface = Surface::new(&mesh, Weld::Exact).into_owned();
+    let curvature = estimate(&surface, &CurvatureOptions::default()).expect("a torus");
+    let field = CurvatureField::new(surface, curvature).with_uv_set(&mesh, 0);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/materials/stone-1.sbtf");
+    let model = ModelFile::from_bytes(&std::fs::read(path).expect("the shipped model")).expect("a model");
+    let depth = model.model.architecture.depth;
+    let silhouette = SilhouetteMaterial {
+        btf: Arc::new(osculate_sbtf::infer::Material::new(&model.model)),
+        depth,
+        tiles: [6.0, 3.0],
+        tile_size: 1.0,
+        sampler: Arc::new(Sampler::cosine()),
+        query: QueryForm::Chord,
+    };
+    let mut scene = studio(Material { silhouette: Some(silhouette), ..Material::default() });
+    scene.objects.truncate(1);
+    scene.objects[0].mesh = mesh;
+    let walk = WalkLength::Shell { depth: f64::from(depth) };
+    scene.objects[0].field = Some(Arc::new(Field { field, filter, walk }));
+    scene.lights =
+        vec![Light::Directional { direction: Vec3::new(-1.0, -1.5, -0.5), irradiance: Vec3::splat(2.3) }];
+    scene.environment = Environment::Constant(Vec3::splat(0.38));
+    scene
+}
+
+/// Query by query against paths side by side, and one thread against two.
+fn bench_queries(c: &mut Criterion) {
+    let mut group = c.benchmark_group("silhouettes");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1] * 8)));
+    let ways = [
+        ("query by query", Queries::Single, 1),
+        ("16 side by side", Queries::Batched { paths: 16 }, 1),
+        ("256 side by side", Queries::Batched { paths: 256 }, 1),
+        ("1024 side by side", Queries::Batched { paths: 1024 }, 1),
+        ("4096 side by side", Queries::Batched { paths: 4096 }, 1),
+        ("1024 side by side, two threads", Queries::Batched { paths: 1024 }, 2),
+    ];
+    for (filter, scene) in [("chord", stones(Filter::Chord)), ("point", stones(Filter::Point))] {
+        for (name, queries, threads) in ways {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let options = RenderOptions { stop: StopRule::Samples(8), queries, ..RenderOptions::default() };
+            group.bench_function(format!("{filter}, {name}"), |b| {
+                b.iter(|| {
+                    pool.install(|| render(black_box(&scene), &options, &mut |_| ControlFlow::Continue(())))
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bench_pictures, bench_queries);
 criterion_main!(benches);

@@ -119,7 +119,7 @@ fn row(scene: &Scene, prepared: &Prepared, wanted: &[Aov], y: u32) -> (Vec<Pixel
     let pixel = |x: u32| {
         let ray = scene.camera.pinhole_ray(x as f32 + 0.5, y as f32 + 0.5, width, height);
         counters.rays += 1;
-        let Some(hit) = prepared.bvh.closest_hit(&Ray::new(ray.origin, ray.direction)) else {
+        let Some(hit) = prepared.geometry.closest_hit(&Ray::new(ray.origin, ray.direction)) else {
             return NOTHING;
         };
         let depth = hit.t * ray.direction.dot(scene.camera.forward());

@@ -1,4 +1,4 @@
-//! The path tracer, compiled once for each set of effects.
+//! The path tracer, compiled once for each set of effects without silhouettes.
 //!
 //! Light is gathered by next-event estimation and by BSDF sampling, combined with the power heuristic (Veach 1997). One
 //! light is drawn per path vertex, in proportion to a rough estimate of what it contributes there. Every random number has a
@@ -10,80 +10,70 @@ use osculate_geom::rays::{Hit, Ray};
 use crate::camera::CameraRay;
 use crate::counters::Counters;
 use crate::effects::Effects;
-use crate::lights::{LightSample, Receiver};
-use crate::math::power_heuristic;
+use crate::lighting::{
+    Last, PathLimits, Strategy, draw_light, environment_light, light_importance, light_weight,
+    rectangle_light, shadow_ray,
+};
+use crate::lights::LightSample;
 use crate::prepared::Prepared;
 use crate::sampler::Sampler;
 use crate::shading::ShadingPoint;
 use crate::silhouette::{Met, SilhouettePoint};
 use crate::vertex::Vertex;
 
-/// How light is gathered. For tests that compare the strategies; the default combines them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Strategy {
-    /// Both, weighted by the power heuristic.
-    #[default]
-    Combined,
-    /// Points on lights only.
-    Lights,
-    /// BSDF directions only. Directional lights, which no direction hits, are still drawn.
-    Bsdf,
-}
-
-/// What a path may do.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PathLimits {
-    pub max_depth: u32,
-    pub strategy: Strategy,
-}
-
 /// Radiance along a camera ray.
-pub(crate) type RadianceFn = fn(&Prepared, PathLimits, CameraRay, &mut Sampler, &mut Counters) -> Vec3;
+pub(crate) type RadianceFn =
+    fn(&Prepared, Effects, PathLimits, CameraRay, &mut Sampler, &mut Counters) -> Vec3;
 
-/// Random dimensions of the camera; those of path vertex `i` start at `CAMERA_DIMENSIONS + i * VERTEX_DIMENSIONS`.
-const CAMERA_DIMENSIONS: u64 = 2;
-const VERTEX_DIMENSIONS: u64 = 6;
+/// The first random dimension of a path vertex. The camera has two, every vertex six: one for opacities on the way there, from the
+/// second on those of its light, from the fourth on those of its direction.
+#[inline]
+pub(crate) fn first_dimension(depth: u32) -> u64 {
+    2 + u64::from(depth) * 6
+}
 
 /// Vertices after which paths may be ended at random.
 const ROULETTE_DEPTH: u32 = 4;
 
-/// The integrator with exactly these effects compiled in.
+/// The integrator for these effects. Without silhouettes exactly these are compiled in; with them it asks for one thing after the
+/// other, which `wavefront` does in batches.
 pub(crate) fn specialised(effects: Effects) -> RadianceFn {
     macro_rules! table {
         ($($bits:literal)*) => { [$(radiance::<$bits> as RadianceFn),*] };
     }
-    const TABLE: [RadianceFn; 128] = table!(
+    const TABLE: [RadianceFn; 64] = table!(
         0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31
         32 33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63
-        64 65 66 67 68 69 70 71 72 73 74 75 76 77 78 79 80 81 82 83 84 85 86 87 88 89 90 91 92 93 94 95
-        96 97 98 99 100 101 102 103 104 105 106 107 108 109 110 111 112 113 114 115 116 117 118 119 120 121 122 123 124 125 126 127
     );
-    TABLE[effects.path_bits()]
-}
-
-/// What must be remembered of the last vertex to weight light that the next ray meets.
-#[derive(Clone, Copy)]
-struct Last {
-    receiver: Receiver,
-    /// Sum of the lights' importances there.
-    importance: f32,
-    pdf: f32,
+    if effects.silhouettes { path } else { TABLE[effects.path_bits()] }
 }
 
 fn radiance<const BITS: usize>(
     scene: &Prepared,
+    _: Effects,
     limits: PathLimits,
     camera_ray: CameraRay,
     sampler: &mut Sampler,
     counters: &mut Counters,
 ) -> Vec3 {
-    let effects = const { Effects::from_path_bits(BITS) };
+    path(scene, const { Effects::from_path_bits(BITS) }, limits, camera_ray, sampler, counters)
+}
+
+#[inline(always)]
+fn path(
+    scene: &Prepared,
+    effects: Effects,
+    limits: PathLimits,
+    camera_ray: CameraRay,
+    sampler: &mut Sampler,
+    counters: &mut Counters,
+) -> Vec3 {
     let mut total = Vec3::ZERO;
     let mut throughput = Vec3::ONE;
     let mut ray = Ray::new(camera_ray.origin, camera_ray.direction);
     let mut last: Option<Last> = None;
     for depth in 0.. {
-        let base = CAMERA_DIMENSIONS + u64::from(depth) * VERTEX_DIMENSIONS;
+        let base = first_dimension(depth);
         sampler.seek(base);
         let found = next_surface(scene, effects, &mut ray, sampler, counters);
         counters.bounce_rays += u64::from(depth > 0);
@@ -123,14 +113,7 @@ fn radiance<const BITS: usize>(
         counters.reflectance_queries += u64::from(vertex.is_silhouette());
         let Some(sample) = vertex.sample(pick, u, &scene.energy) else { return total };
         throughput *= sample.weight;
-        if depth + 1 >= ROULETTE_DEPTH {
-            let survival = throughput.max_element().min(0.95);
-            if sampler.next_1d() >= survival {
-                return total;
-            }
-            throughput /= survival;
-        }
-        if throughput == Vec3::ZERO {
+        if !survives(&mut throughput, depth, sampler) {
             return total;
         }
         last = Some(Last { receiver, importance, pdf: sample.pdf });
@@ -142,6 +125,19 @@ fn radiance<const BITS: usize>(
         }
     }
     total
+}
+
+/// Ends paths that carry little at random, and those that carry nothing.
+#[inline]
+pub(crate) fn survives(throughput: &mut Vec3, depth: u32, sampler: &mut Sampler) -> bool {
+    if depth + 1 >= ROULETTE_DEPTH {
+        let survival = throughput.max_element().min(0.95);
+        if sampler.next_1d() >= survival {
+            return false;
+        }
+        *throughput /= survival;
+    }
+    *throughput != Vec3::ZERO
 }
 
 /// Light along a ray that only looks for lights.
@@ -164,10 +160,10 @@ fn light_at_end(
 }
 
 /// A hit that is not passed through.
-struct Found<'a> {
-    hit: Hit,
+pub(crate) struct Found<'a> {
+    pub hit: Hit,
     /// What was found out about the material there on the way, if it has silhouettes.
-    silhouette: Option<SilhouettePoint<'a>>,
+    pub silhouette: Option<SilhouettePoint<'a>>,
 }
 
 /// The next hit that is not passed through. Moves the ray's origin to where the last passed surface was.
@@ -179,7 +175,7 @@ fn next_surface<'a>(
     counters: &mut Counters,
 ) -> Option<Found<'a>> {
     counters.rays += 1;
-    let mut hit = scene.bvh.closest_hit(ray)?;
+    let mut hit = scene.geometry.closest_hit(ray)?;
     if !effects.transparency && !effects.silhouettes {
         return Some(Found { hit, silhouette: None });
     }
@@ -193,8 +189,8 @@ fn next_surface<'a>(
         chance = (chance - opacity) / (1.0 - opacity);
         counters.pass_throughs += 1;
         counters.rays += 1;
-        ray.origin = scene.bvh.surface_point(&hit).origin_towards(ray.direction);
-        hit = scene.bvh.closest_hit(ray)?;
+        ray.origin = scene.geometry.surface_point(&hit).origin_towards(ray.direction);
+        hit = scene.geometry.closest_hit(ray)?;
     }
 }
 
@@ -213,11 +209,15 @@ fn opacity_of<'a>(
         counters.opacity_queries += 1;
         return (point.alpha(), Some(point));
     }
-    let material = scene.material_of.get(hit.triangle as usize);
-    (material.map_or(1.0, |&m| scene.materials[m as usize].opacity), None)
+    (plain_opacity(scene, hit), None)
 }
 
-fn surface_vertex<'a>(
+/// Opacity of a surface without silhouettes.
+pub(crate) fn plain_opacity(scene: &Prepared, hit: &Hit) -> f32 {
+    scene.material_of(hit.triangle).map_or(1.0, |material| material.opacity)
+}
+
+pub(crate) fn surface_vertex<'a>(
     scene: &'a Prepared,
     effects: Effects,
     hit: &Hit,
@@ -261,17 +261,7 @@ fn direct_light(
     if f == Vec3::ZERO {
         return Vec3::ZERO;
     }
-    let weight = if sample.pdf.is_infinite() {
-        1.0 / chance
-    } else {
-        let pdf = sample.pdf * chance;
-        let share = match limits.strategy {
-            Strategy::Combined => power_heuristic(pdf, bsdf_pdf),
-            Strategy::Lights => 1.0,
-            Strategy::Bsdf => return Vec3::ZERO,
-        };
-        share / pdf
-    };
+    let Some(weight) = light_weight(limits, &sample, chance, bsdf_pdf) else { return Vec3::ZERO };
     let visible = transmittance(scene, effects, vertex.origin_towards(sample.wi), &sample, counters);
     weight * visible * f * sample.radiance
 }
@@ -284,125 +274,21 @@ fn transmittance(
     sample: &LightSample,
     counters: &mut Counters,
 ) -> f32 {
-    // Stops short of the light, which is itself a triangle: 1e-4 of the way covers the rounding of its distance.
-    let mut ray = Ray::segment(origin, sample.wi, sample.distance * (1.0 - 1e-4));
+    let mut ray = shadow_ray(origin, sample);
     counters.shadow_rays += 1;
     if !effects.transparency && !effects.silhouettes {
-        return if scene.bvh.any_hit(&ray) { 0.0 } else { 1.0 };
+        return if scene.geometry.any_hit(&ray) { 0.0 } else { 1.0 };
     }
     let mut left = 1.0;
-    while let Some(hit) = scene.bvh.closest_hit(&ray) {
+    while let Some(hit) = scene.geometry.closest_hit(&ray) {
         left *= 1.0 - opacity_of(scene, effects, &hit, ray.direction, counters).0;
         if left <= 0.0 {
             return 0.0;
         }
         counters.pass_throughs += 1;
         counters.shadow_rays += 1;
-        ray.origin = scene.bvh.surface_point(&hit).origin_towards(ray.direction);
+        ray.origin = scene.geometry.surface_point(&hit).origin_towards(ray.direction);
         ray.t_max -= hit.t;
     }
     left
-}
-
-/// Sum of the importances of all lights at a point.
-fn light_importance(scene: &Prepared, effects: Effects, receiver: &Receiver) -> f32 {
-    let mut sum = 0.0;
-    if effects.area_lights {
-        sum += scene.rectangles.iter().map(|r| r.importance(receiver)).sum::<f32>();
-    }
-    if effects.directional_lights {
-        sum += scene.suns.iter().map(|s| s.importance * receiver.facing(s.wi)).sum::<f32>();
-    }
-    if effects.environment {
-        sum += scene.environment.as_ref().map_or(0.0, |e| e.importance(receiver));
-    }
-    sum
-}
-
-/// The light at `position` in the sum of importances, a point on it, and its importance.
-fn draw_light(
-    scene: &Prepared,
-    effects: Effects,
-    receiver: &Receiver,
-    mut position: f32,
-    u: [f32; 2],
-    counters: &mut Counters,
-) -> Option<(LightSample, f32)> {
-    if effects.area_lights {
-        for rectangle in &scene.rectangles {
-            let importance = rectangle.importance(receiver);
-            if position < importance {
-                counters.area_light_samples += 1;
-                return Some((rectangle.sample(receiver.origin, u)?, importance));
-            }
-            position -= importance;
-        }
-    }
-    if effects.directional_lights {
-        for sun in &scene.suns {
-            let importance = sun.importance * receiver.facing(sun.wi);
-            if position < importance {
-                counters.directional_samples += 1;
-                let (wi, radiance) = (sun.wi, sun.irradiance);
-                let sample = LightSample { wi, distance: f32::INFINITY, radiance, pdf: f32::INFINITY };
-                return Some((sample, importance));
-            }
-            position -= importance;
-        }
-    }
-    if effects.environment
-        && let Some(environment) = &scene.environment
-    {
-        counters.environment_samples += 1;
-        return Some((environment.sample(receiver.normal, u)?, environment.importance(receiver)));
-    }
-    // Rounding can leave a crumb beyond the last light.
-    None
-}
-
-/// Radiance of the environment along a ray that hit nothing.
-fn environment_light(scene: &Prepared, limits: PathLimits, direction: Vec3, last: Option<Last>) -> Vec3 {
-    let Some(environment) = &scene.environment else { return Vec3::ZERO };
-    let share = bsdf_share(limits, last, |last| {
-        environment.pdf(last.receiver.normal, direction) * environment.importance(&last.receiver)
-            / last.importance
-    });
-    share * environment.radiance(direction)
-}
-
-/// Radiance of an area light that a ray hit.
-fn rectangle_light(
-    scene: &Prepared,
-    limits: PathLimits,
-    light: usize,
-    ray: &Ray,
-    hit: &Hit,
-    last: Option<Last>,
-) -> Vec3 {
-    let rectangle = &scene.rectangles[light];
-    if ray.direction.dot(rectangle.normal()) >= 0.0 {
-        return Vec3::ZERO;
-    }
-    let share = bsdf_share(limits, last, |last| {
-        // From the last vertex, not from where a transparent surface was passed.
-        let distance = hit.t + ray.origin.distance(last.receiver.origin);
-        let chance = rectangle.importance(&last.receiver) / last.importance;
-        rectangle.pdf(ray.direction, distance) * chance
-    });
-    share * rectangle.radiance
-}
-
-/// Weight of light that a BSDF sample found, given the density with which light sampling would have found it.
-fn bsdf_share(limits: PathLimits, last: Option<Last>, light_pdf: impl Fn(&Last) -> f32) -> f32 {
-    match (limits.strategy, last) {
-        (_, None) | (Strategy::Bsdf, _) => 1.0,
-        (Strategy::Lights, Some(_)) => 0.0,
-        (Strategy::Combined, Some(last)) => {
-            if last.importance > 0.0 {
-                power_heuristic(last.pdf, light_pdf(&last))
-            } else {
-                1.0
-            }
-        }
-    }
 }

@@ -1,6 +1,7 @@
 //! [`Prepared`]: the scene as the integrator wants it, made once.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::Vec3;
 use osculate_geom::mesh::{Weld, smooth_normals};
@@ -10,9 +11,10 @@ use osculate_sbtf::brdf::EnergyTable;
 use thiserror::Error;
 
 use crate::curvature::ObjectPoint;
+use crate::geometry::{Geometry, Placed};
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
-use crate::scene::{Material, MeshInstance, RayCurvature, Scene, SurfaceSource};
+use crate::scene::{Material, MeshInstance, Placement, RayCurvature, Scene, SurfaceSource};
 
 /// Why a scene cannot be rendered.
 #[derive(Debug, Error)]
@@ -47,6 +49,16 @@ pub enum SceneError {
         /// Vertices.
         vertices: usize,
     },
+    /// More triangles than there are numbers for them.
+    #[error(
+        "object {object}: {triangles} triangles with those of the objects before it; a scene has at most 2^32"
+    )]
+    TooMany {
+        /// Index of the object.
+        object: usize,
+        /// Triangles so far.
+        triangles: u64,
+    },
     /// An image without pixels, or larger than any use.
     #[error("an image of {width} x {height} pixels; each side must be 1 to 32768")]
     ImageSize {
@@ -66,20 +78,21 @@ pub(crate) struct Sun {
     pub importance: f32,
 }
 
-/// Triangles of all objects in one hierarchy, followed by those of the area lights.
+/// A scene with everything that does not change while it is traced worked out. Tables have a row for every triangle of objects that
+/// are alone with their mesh, in the world's space, then for every triangle of meshes that several objects share, in their own.
 #[derive(Debug)]
 pub(crate) struct Prepared {
-    pub bvh: Bvh,
-    /// Vertex indices of the triangles of objects.
-    pub indices: Vec<[u32; 3]>,
-    pub normals: Vec<Vec3>,
+    pub geometry: Geometry,
+    /// Vertex indices of the triangles.
+    indices: Vec<[u32; 3]>,
+    normals: Vec<Vec3>,
     /// Empty if no material has a texture.
-    pub uvs: Vec<[f32; 2]>,
-    pub material_of: Vec<u32>,
+    uvs: Vec<[f32; 2]>,
+    material_of: Vec<u32>,
     pub materials: Vec<Material>,
     pub objects: Vec<MeshInstance>,
-    /// First triangle of each object, and the end.
-    pub object_starts: Vec<usize>,
+    /// First triangle and number of each object that is alone with its mesh, and the end.
+    object_starts: Vec<(usize, usize)>,
     pub rectangles: Vec<RectangleLight>,
     pub suns: Vec<Sun>,
     pub environment: Option<EnvironmentSampler>,
@@ -88,9 +101,12 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     pub(crate) fn new(scene: &Scene) -> Result<Self, SceneError> {
+        let shared = shared_meshes(scene);
         let mut builder = Builder::default();
         for (index, object) in scene.objects.iter().enumerate() {
-            builder.add(index, object)?;
+            if !shared.contains_key(&MeshKey::of(object)) {
+                builder.add(index, object)?;
+            }
         }
         let mut rectangles = Vec::new();
         let mut suns = Vec::new();
@@ -110,13 +126,14 @@ impl Prepared {
                 Light::Rectangle(_) => {}
             }
         }
-        builder.object_starts.push(builder.indices.len());
-        let mut triangles = builder.triangles;
+        builder.object_starts.push((builder.indices.len(), scene.objects.len()));
+        let mut triangles = std::mem::take(&mut builder.triangles);
         for [a, b, c, d] in rectangles.iter().map(RectangleLight::corners) {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
+        let placed = builder.add_shared(scene, shared, triangles.len() as u64)?;
         Ok(Self {
-            bvh: Bvh::new(triangles),
+            geometry: Geometry::new(triangles, placed),
             indices: builder.indices,
             normals: builder.normals,
             uvs: builder.uvs,
@@ -133,7 +150,41 @@ impl Prepared {
 
     /// The area light that a triangle belongs to.
     pub(crate) fn rectangle_of(&self, triangle: u32) -> Option<usize> {
-        (triangle as usize).checked_sub(self.indices.len()).map(|beyond| beyond / 2)
+        let beyond = (triangle as usize).checked_sub(self.flat_triangles())?;
+        (beyond < 2 * self.rectangles.len()).then_some(beyond / 2)
+    }
+
+    /// Triangles of objects that are alone with their mesh.
+    fn flat_triangles(&self) -> usize {
+        self.object_starts.last().map_or(0, |&(end, _)| end)
+    }
+
+    /// The material of a triangle, `None` for that of an area light.
+    #[inline]
+    pub(crate) fn material_of(&self, triangle: u32) -> Option<&Material> {
+        let number = if (triangle as usize) < self.flat_triangles() {
+            self.material_of[triangle as usize]
+        } else {
+            let (placed, local) = self.geometry.placed(triangle)?;
+            placed.material.unwrap_or_else(|| self.material_of[placed.row + local])
+        };
+        Some(&self.materials[number as usize])
+    }
+
+    /// What the tables have of a triangle of an object.
+    #[inline]
+    pub(crate) fn facet(&self, triangle: u32) -> Facet {
+        let (row, place) = match self.geometry.placed(triangle) {
+            None => (triangle as usize, None),
+            Some((placed, local)) => (placed.row + local, Some(placed.place)),
+        };
+        let vertices = self.indices[row].map(|v| v as usize);
+        let normals = vertices.map(|v| self.normals[v]);
+        Facet {
+            corners: self.geometry.corners(triangle),
+            normals: place.map_or(normals, |place| normals.map(|n| place.rotation * n)),
+            uvs: (!self.uvs.is_empty()).then(|| vertices.map(|v| self.uvs[v])),
+        }
     }
 
     /// Curvature for the ray that comes from `wo` and hits an object, 1/length in the world.
@@ -144,13 +195,48 @@ impl Prepared {
 
     /// The object that a triangle belongs to, and its number there.
     pub(crate) fn object_of(&self, triangle: u32) -> Option<(usize, usize)> {
+        if let Some((placed, local)) = self.geometry.placed(triangle) {
+            return Some((placed.object, local));
+        }
         let triangle = triangle as usize;
-        if triangle >= self.indices.len() {
+        if triangle >= self.flat_triangles() {
             return None;
         }
-        let object = self.object_starts.partition_point(|&start| start <= triangle) - 1;
-        Some((object, triangle - self.object_starts[object]))
+        let (start, object) =
+            self.object_starts[self.object_starts.partition_point(|&(start, _)| start <= triangle) - 1];
+        Some((object, triangle - start))
     }
+}
+
+/// A triangle in the world, with what its vertices carry.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Facet {
+    pub corners: [Vec3; 3],
+    pub normals: [Vec3; 3],
+    /// `None` if no material has a texture.
+    pub uvs: Option<[[f32; 2]; 3]>,
+}
+
+/// What tells meshes apart: which it is, and whether its own materials are on it, which take rows of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct MeshKey(*const Mesh, bool);
+
+impl MeshKey {
+    fn of(object: &MeshInstance) -> Self {
+        Self(Arc::as_ptr(&object.mesh), matches!(object.surface, SurfaceSource::Mesh))
+    }
+}
+
+/// Rows and hierarchy of a mesh that several objects share, once they are made, and how far its farthest corner is from its origin.
+type Shared = HashMap<MeshKey, Option<(usize, Arc<Bvh>, f32)>>;
+
+/// Meshes that more than one object has.
+fn shared_meshes(scene: &Scene) -> Shared {
+    let mut counts: HashMap<MeshKey, usize> = HashMap::new();
+    for object in &scene.objects {
+        *counts.entry(MeshKey::of(object)).or_default() += 1;
+    }
+    counts.into_iter().filter(|&(_, count)| count > 1).map(|(key, _)| (key, None)).collect()
 }
 
 #[derive(Default)]
@@ -161,15 +247,83 @@ struct Builder {
     uvs: Vec<[f32; 2]>,
     material_of: Vec<u32>,
     materials: Vec<Material>,
-    object_starts: Vec<usize>,
+    object_starts: Vec<(usize, usize)>,
 }
 
 impl Builder {
     fn add(&mut self, index: usize, object: &MeshInstance) -> Result<(), SceneError> {
-        let mesh = &*object.mesh;
         check(index, object)?;
-        self.object_starts.push(self.indices.len());
-        let place = |p: &Vec3d| object.placement.world_from_object(to_f32(p));
+        self.object_starts.push((self.indices.len(), index));
+        let corners = self.add_rows(index, object, &object.placement)?;
+        self.triangles.extend(corners);
+        self.add_materials(index, object)
+    }
+
+    /// Rows of the objects that share meshes, numbered from `first`.
+    fn add_shared(
+        &mut self,
+        scene: &Scene,
+        mut shared: Shared,
+        first: u64,
+    ) -> Result<Vec<Placed>, SceneError> {
+        let mut placed = Vec::new();
+        let mut next = first;
+        for (index, object) in scene.objects.iter().enumerate() {
+            let Some(mesh) = shared.get_mut(&MeshKey::of(object)) else { continue };
+            check(index, object)?;
+            let (row, bvh, farthest) = match mesh {
+                Some(known) => known.clone(),
+                None => {
+                    let row = self.indices.len();
+                    let corners = self.add_rows(index, object, &Placement::default())?;
+                    match object.surface {
+                        SurfaceSource::Mesh => self.add_materials(index, object)?,
+                        // Each object has its own.
+                        SurfaceSource::Material(_) => self.material_of.resize(self.indices.len(), 0),
+                    }
+                    let farthest = corners.iter().flatten().map(|p| p.length()).fold(0.0, f32::max);
+                    mesh.insert((row, Arc::new(Bvh::new(corners)), farthest)).clone()
+                }
+            };
+            let reach = object.placement.scale * farthest + object.placement.translation.length();
+            if !reach.is_finite()
+                && let Some(position) = out_of_reach(&bvh, &object.placement)
+            {
+                return Err(SceneError::TooFar { object: index, vertex: 0, position });
+            }
+            let material = match &object.surface {
+                SurfaceSource::Mesh => None,
+                SurfaceSource::Material(material) => Some(self.push_material(material.clone())),
+            };
+            let triangles = next + bvh.triangles().len() as u64;
+            let Ok(first) = u32::try_from(next) else {
+                return Err(SceneError::TooMany { object: index, triangles });
+            };
+            if triangles > u64::from(u32::MAX) {
+                return Err(SceneError::TooMany { object: index, triangles });
+            }
+            next = triangles;
+            placed.push(Placed {
+                first,
+                object: index,
+                row,
+                material,
+                mesh: bvh,
+                place: object.placement.into(),
+            });
+        }
+        Ok(placed)
+    }
+
+    /// Adds what the tables have of a mesh; its triangles in this place.
+    fn add_rows(
+        &mut self,
+        index: usize,
+        object: &MeshInstance,
+        placement: &Placement,
+    ) -> Result<Vec<[Vec3; 3]>, SceneError> {
+        let mesh = &*object.mesh;
+        let place = |p: &Vec3d| placement.world_from_object(to_f32(p));
         let positions: Vec<Vec3> = mesh.positions().iter().map(place).collect();
         if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
             let position = mesh.positions()[vertex].into();
@@ -177,18 +331,14 @@ impl Builder {
         }
         let first = u32::try_from(self.normals.len()).expect("a scene has fewer than 2^32 vertices");
         let normals = vertex_normals(mesh);
-        self.normals
-            .extend(normals.iter().map(|n| (object.placement.rotation * to_f32(n)).normalize_or_zero()));
+        self.normals.extend(normals.iter().map(|n| (placement.rotation * to_f32(n)).normalize_or_zero()));
         match mesh.uv_sets().first() {
             #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
             Some(uvs) => self.uvs.extend(uvs.iter().map(|uv| uv.map(|x| x as f32))),
             None => self.uvs.resize(self.normals.len(), [0.0; 2]),
         }
-        for corners in mesh.triangles() {
-            self.triangles.push(corners.map(|v| positions[v as usize]));
-            self.indices.push(corners.map(|v| first + v));
-        }
-        self.add_materials(index, object)
+        self.indices.extend(mesh.triangles().iter().map(|corners| corners.map(|v| first + v)));
+        Ok(mesh.triangles().iter().map(|corners| corners.map(|v| positions[v as usize])).collect())
     }
 
     fn add_materials(&mut self, index: usize, object: &MeshInstance) -> Result<(), SceneError> {
@@ -232,6 +382,13 @@ fn check(index: usize, object: &MeshInstance) -> Result<(), SceneError> {
         }
         _ => Ok(()),
     }
+}
+
+/// A corner of the mesh that single precision cannot place there, in the mesh's own space.
+fn out_of_reach(mesh: &Bvh, placement: &Placement) -> Option<[f64; 3]> {
+    let mut corners = mesh.triangles().iter().flatten();
+    let far = |p: &&Vec3| !placement.world_from_object(**p).is_finite();
+    corners.find(far).map(|p| p.to_array().map(f64::from))
 }
 
 /// The mesh's normals; where it has none, smooth ones weighted by the triangles' angles. Not unit; zero if undefined.

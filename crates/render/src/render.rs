@@ -6,14 +6,17 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::camera::CameraRay;
 use crate::counters::Counters;
 use crate::effects::Effects;
 use crate::film::{Film, PixelSum};
-use crate::integrator::{PathLimits, RadianceFn, Strategy, specialised};
+use crate::integrator::{RadianceFn, specialised};
+use crate::lighting::{PathLimits, Strategy};
 use crate::plan::plan;
 use crate::prepared::{Prepared, SceneError};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::scene::Scene;
+use crate::wavefront::{Path, trace};
 
 /// Side of a tile in pixels: small enough to balance the load, large enough that the overhead does not show.
 const TILE: u32 = 16;
@@ -37,6 +40,27 @@ pub enum StopRule {
     Time(Duration),
 }
 
+/// How materials with silhouettes are asked. Scenes without any are traced path by path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Queries {
+    /// So many paths side by side, at least one, and all that they ask of a material at a stage in one batch. The number changes no bit
+    /// of the picture.
+    Batched {
+        /// Paths of a thread that are traced side by side.
+        paths: u32,
+    },
+    /// One path after the other, query by query: to compare with. A model's single answers differ from its batched ones by the order of
+    /// sums, see [`osculate_sbtf::SilhouetteBtf::alpha_batch`].
+    Single,
+}
+
+impl Default for Queries {
+    /// 1024 paths side by side: fewer leave blocks of queries half empty after a few bounces, more leave the second-level cache.
+    fn default() -> Self {
+        Self::Batched { paths: 1024 }
+    }
+}
+
 /// What to compute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderOptions {
@@ -50,6 +74,8 @@ pub struct RenderOptions {
     pub sampler: SamplerKind,
     /// How light is gathered. Default: combined.
     pub strategy: Strategy,
+    /// How materials with silhouettes are asked. Default: in batches.
+    pub queries: Queries,
     /// Effects to simulate instead of the planned ones, to check that planning changes nothing.
     pub force: Option<Effects>,
 }
@@ -62,6 +88,7 @@ impl Default for RenderOptions {
             seed: 0,
             sampler: SamplerKind::default(),
             strategy: Strategy::default(),
+            queries: Queries::default(),
             force: None,
         }
     }
@@ -197,21 +224,62 @@ impl Pass<'_> {
 
     fn tile(&self, x0: u32, y0: u32, first: u32, count: u32) -> (Vec<PixelSum>, Counters) {
         let mut counters = Counters::default();
-        let mut sums = Vec::with_capacity((TILE * TILE) as usize);
-        for y in y0..(y0 + TILE).min(self.scene.height) {
-            for x in x0..(x0 + TILE).min(self.scene.width) {
-                let mut sum = PixelSum::default();
-                for index in first..first + count {
-                    let value = self.sample(x, y, index, &mut counters);
-                    sum.add(index, value);
-                }
-                sums.push(sum);
+        let width = self.scene.width;
+        let columns = x0..(x0 + TILE).min(width);
+        let rows = y0..(y0 + TILE).min(self.scene.height);
+        let pixels = rows.flat_map(|y| columns.clone().map(move |x| [x, y]));
+        let samples = pixels.flat_map(|pixel| (first..first + count).map(move |index| (pixel, index)));
+        let values = match self.options.queries {
+            Queries::Batched { paths } if self.effects.silhouettes => {
+                self.side_by_side(samples.clone(), paths.max(1) as usize, &mut counters)
             }
+            _ => samples.clone().map(|(pixel, index)| self.sample(pixel, index, &mut counters)).collect(),
+        };
+        let mut sums = Vec::with_capacity((TILE * TILE) as usize);
+        for values in values.chunks(count as usize) {
+            let mut sum = PixelSum::default();
+            for (index, &value) in (first..).zip(values) {
+                sum.add(index, value);
+            }
+            sums.push(sum);
         }
         (sums, counters)
     }
 
-    fn sample(&self, x: u32, y: u32, index: u32, counters: &mut Counters) -> Vec3 {
+    /// The values of samples, so many at a time.
+    fn side_by_side(
+        &self,
+        mut samples: impl Iterator<Item = ([u32; 2], u32)>,
+        at_a_time: usize,
+        counters: &mut Counters,
+    ) -> Vec<Vec3> {
+        let mut values = Vec::new();
+        loop {
+            let start = |(pixel, index)| {
+                let (ray, sampler) = self.camera_ray(pixel, index, counters);
+                Path::new(ray, sampler)
+            };
+            let mut paths: Vec<Path> = samples.by_ref().take(at_a_time).map(start).collect();
+            if paths.is_empty() {
+                return values;
+            }
+            trace(self.prepared, self.effects, self.limits(), &mut paths, counters);
+            values.extend(paths.iter().map(|path| finite(path.radiance(), counters)));
+        }
+    }
+
+    fn sample(&self, pixel: [u32; 2], index: u32, counters: &mut Counters) -> Vec3 {
+        let (ray, mut sampler) = self.camera_ray(pixel, index, counters);
+        let value = (self.radiance)(self.prepared, self.effects, self.limits(), ray, &mut sampler, counters);
+        finite(value, counters)
+    }
+
+    fn limits(&self) -> PathLimits {
+        PathLimits { max_depth: self.options.max_depth, strategy: self.options.strategy }
+    }
+
+    /// Where a sample looks, and its numbers for the path.
+    fn camera_ray(&self, [x, y]: [u32; 2], index: u32, counters: &mut Counters) -> (CameraRay, Sampler) {
         let pixel = u64::from(y) * u64::from(self.scene.width) + u64::from(x);
         let stream = 2 * pixel + u64::from(index & 1);
         let mut sampler = Sampler::new(self.options.sampler, self.options.seed, stream, index >> 1);
@@ -224,15 +292,18 @@ impl Pass<'_> {
         } else {
             self.scene.camera.pinhole_ray(px, py, width, height)
         };
-        let limits = PathLimits { max_depth: self.options.max_depth, strategy: self.options.strategy };
-        let value = (self.radiance)(self.prepared, limits, ray, &mut sampler, counters);
-        counters.samples += 1;
-        if value.is_finite() {
-            return value;
-        }
-        counters.discarded_samples += 1;
-        Vec3::ZERO
+        (ray, sampler)
     }
+}
+
+/// A sample's value, counted; black where it is not finite.
+fn finite(value: Vec3, counters: &mut Counters) -> Vec3 {
+    counters.samples += 1;
+    if value.is_finite() {
+        return value;
+    }
+    counters.discarded_samples += 1;
+    Vec3::ZERO
 }
 
 /// Turns a uniform number into one distributed as a tent on `[-1, 1]`: the pixel filter, sampled instead of weighted.

@@ -5,7 +5,7 @@ use osculate_geom::rays::Hit;
 use osculate_sbtf::brdf::{Bsdf, BsdfParameters};
 
 use crate::math::Frame;
-use crate::prepared::Prepared;
+use crate::prepared::{Facet, Prepared};
 use crate::scene::Material;
 
 /// A point on an object, seen from `wo`. Both sides of a triangle look alike.
@@ -23,32 +23,24 @@ pub(crate) struct ShadingPoint<'a> {
 impl<'a> ShadingPoint<'a> {
     /// `wo` is the unit direction to the viewer; the triangle must belong to an object.
     pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Self {
-        let triangle = hit.triangle as usize;
-        let corners = scene.indices[triangle];
-        let point = scene.bvh.surface_point(hit);
+        let Facet { corners, normals, uvs } = scene.facet(hit.triangle);
+        let point = scene.geometry.surface_point(hit);
         let geometric = if point.normal.dot(wo) < 0.0 { -point.normal } else { point.normal };
         let [u, v, w] = hit.barycentrics;
-        let normals = corners.map(|i| scene.normals[i as usize]);
         let blended = u * normals[0] + v * normals[1] + w * normals[2];
         let side = if blended.dot(geometric) < 0.0 { -1.0 } else { 1.0 };
         let smooth = (side * blended).try_normalize().unwrap_or(geometric);
         let shading = facing_viewer(smooth, wo);
-        let lifted = lifted(
-            scene.bvh.triangles()[triangle],
-            normals.map(|n| side * n),
-            hit.barycentrics,
-            point.position,
-        );
+        let lifted = lifted(corners, normals.map(|n| side * n), hit.barycentrics, point.position);
         let frame = Frame::new(shading);
         Self {
             origin: point.offset_by(geometric, lifted),
             frame,
             wo: frame.local_from_world(wo),
-            uv: scene.uvs.get(corners[0] as usize).map_or([0.0; 2], |_| {
-                let [a, b, c] = corners.map(|i| scene.uvs[i as usize]);
+            uv: uvs.map_or([0.0; 2], |[a, b, c]| {
                 [u * a[0] + v * b[0] + w * c[0], u * a[1] + v * b[1] + w * c[1]]
             }),
-            material: &scene.materials[scene.material_of[triangle] as usize],
+            material: scene.material_of(hit.triangle).expect("a triangle of an object"),
         }
     }
 

@@ -8,11 +8,14 @@
 
 use glam::{Mat2, Vec2, Vec3};
 use osculate_geom::rays::{Hit, SurfacePoint};
-use osculate_sbtf::Entry;
+use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
 use crate::math::Frame;
-use crate::prepared::Prepared;
+use crate::prepared::{Facet, Prepared};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
+
+/// What answers queries.
+pub(crate) type Btf = dyn SilhouetteBtf + Send + Sync;
 
 /// A ray that meets the bounding surface of a material with silhouettes.
 pub(crate) enum Met<'a> {
@@ -45,22 +48,19 @@ pub(crate) struct SilhouettePoint<'a> {
 impl<'a> Met<'a> {
     /// What the ray that comes from direction `wo` (unit) meets; `None` if the triangle's material has no silhouettes.
     pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Option<Self> {
-        let triangle = hit.triangle as usize;
-        let number = *scene.material_of.get(triangle)? as usize;
-        let material = scene.materials[number].silhouette.as_ref()?;
-        let surface = scene.bvh.surface_point(hit);
-        let corners = scene.indices[triangle].map(|i| i as usize);
+        let material = scene.material_of(hit.triangle)?.silhouette.as_ref()?;
+        let surface = scene.geometry.surface_point(hit);
         let [a, b, c] = hit.barycentrics;
-        let normals = corners.map(|i| scene.normals[i]);
+        let Facet { corners, normals, uvs } = scene.facet(hit.triangle);
         let blended = a * normals[0] + b * normals[1] + c * normals[2];
         let normal = blended.try_normalize().unwrap_or(surface.normal);
         if surface.normal.dot(wo) <= 0.0 || normal.dot(wo) <= 0.0 {
             return Some(Self::Back);
         }
         let frame = Frame::new(normal);
-        let uvs = corners.map(|i| Vec2::from(scene.uvs[i]) * Vec2::from(material.tiles));
+        let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
-        let uv_from_tangent = uv_per_length(scene.bvh.triangles()[triangle], uvs, &frame);
+        let uv_from_tangent = uv_per_length(corners, uvs, &frame);
         let along = scene.ray_curvature(hit, wo);
         Some(Self::Front(SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo)))
     }
@@ -104,14 +104,29 @@ impl<'a> SilhouettePoint<'a> {
         }
     }
 
+    /// What is asked.
+    pub(crate) fn btf(&self) -> &'a Btf {
+        &*self.material.btf
+    }
+
+    /// The query without a light.
+    pub(crate) fn incidence(&self) -> Incidence {
+        Incidence { uv: self.uv, wo: self.wo, kappa_hat: self.kappa_hat }
+    }
+
     /// Share of rays that hit.
     pub(crate) fn alpha(&self) -> f32 {
-        self.material.btf.alpha(self.uv, self.wo, self.kappa_hat)
+        self.btf().alpha(self.uv, self.wo, self.kappa_hat)
     }
 
     /// The point as a path vertex.
     pub(crate) fn enter(self) -> SilhouetteVertex<'a> {
-        SilhouetteVertex { entry: self.material.btf.enter(self.uv, self.wo, self.kappa_hat), point: self }
+        self.entered(self.btf().enter(self.uv, self.wo, self.kappa_hat))
+    }
+
+    /// The same with the material's answer.
+    pub(crate) fn entered(self, entry: Entry) -> SilhouetteVertex<'a> {
+        SilhouetteVertex { point: self, entry }
     }
 }
 
@@ -122,7 +137,7 @@ pub(crate) struct SilhouetteVertex<'a> {
     entry: Entry,
 }
 
-impl SilhouetteVertex<'_> {
+impl<'a> SilhouetteVertex<'a> {
     /// The smooth normal of the bounding surface.
     pub(crate) fn normal(&self) -> Vec3 {
         self.point.frame.n
@@ -133,25 +148,43 @@ impl SilhouetteVertex<'_> {
         self.point.surface.origin_towards(direction)
     }
 
+    /// What is asked for a colour.
+    pub(crate) fn btf(&self) -> &'a Btf {
+        self.point.btf()
+    }
+
+    /// What lights share.
+    pub(crate) fn entry(&self) -> &Entry {
+        &self.entry
+    }
+
     /// Reflected radiance for light of unit irradiance from the world direction `wi`, and the density with which
-    /// [`Self::sample`] draws it.
+    /// [`Self::draw`] draws it.
     pub(crate) fn eval(&self, wi: Vec3) -> (Vec3, f32) {
-        let SilhouettePoint { material, frame, uv_from_tangent, turn, turned_wo, uv, .. } = self.point;
+        (self.btf().rgb(&self.entry, self.query_wi(wi)), self.pdf(wi))
+    }
+
+    /// The world direction `wi` in the material's metric.
+    pub(crate) fn query_wi(&self, wi: Vec3) -> Vec3 {
+        let SilhouettePoint { material, frame, uv_from_tangent, .. } = self.point;
         let local = frame.local_from_world(wi);
         let tangent = uv_from_tangent * local.truncate() * material.tile_size;
         // Zero only on a triangle without UV area, lit along it.
-        let query_wi = tangent.extend(local.z).try_normalize().unwrap_or(Vec3::Z);
-        let turned = (turn * local.truncate()).extend(local.z);
-        (material.btf.rgb(&self.entry, query_wi), material.sampler.pdf(uv, turned_wo, turned))
+        tangent.extend(local.z).try_normalize().unwrap_or(Vec3::Z)
     }
 
-    /// Draws a direction: world direction, reflected radiance over density, and density.
-    pub(crate) fn sample(&self, pick: f32, u: [f32; 2]) -> Option<(Vec3, Vec3, f32)> {
+    /// The density of [`Self::draw`] over solid angle.
+    pub(crate) fn pdf(&self, wi: Vec3) -> f32 {
+        let SilhouettePoint { material, frame, turn, turned_wo, uv, .. } = self.point;
+        let local = frame.local_from_world(wi);
+        material.sampler.pdf(uv, turned_wo, (turn * local.truncate()).extend(local.z))
+    }
+
+    /// Draws a world direction.
+    pub(crate) fn draw(&self, pick: f32, u: [f32; 2]) -> Vec3 {
         let SilhouettePoint { material, frame, turn, turned_wo, uv, .. } = self.point;
         let (turned, _) = material.sampler.sample(uv, turned_wo, pick, u.into());
-        let wi = frame.world_from_local((turn.transpose() * turned.truncate()).extend(turned.z));
-        let (value, pdf) = self.eval(wi);
-        (pdf > 0.0 && value != Vec3::ZERO).then(|| (wi, value / pdf, pdf))
+        frame.world_from_local((turn.transpose() * turned.truncate()).extend(turned.z))
     }
 }
 

@@ -26,6 +26,13 @@ pub(crate) struct Scattered {
     pub pdf: f32,
 }
 
+impl Scattered {
+    /// A direction that was drawn with this density, and the reflected radiance; `None` where nothing is reflected.
+    pub(crate) fn new(wi: Vec3, value: Vec3, pdf: f32) -> Option<Self> {
+        (pdf > 0.0 && value != Vec3::ZERO).then(|| Self { wi, weight: value / pdf, pdf })
+    }
+}
+
 impl Vertex<'_> {
     /// Whether asking for reflectance here asks a material with silhouettes.
     pub(crate) fn is_silhouette(&self) -> bool {
@@ -71,8 +78,9 @@ impl Vertex<'_> {
                 Some(Scattered { wi, weight: sample.weight, pdf: sample.pdf })
             }
             Self::Silhouette(point) => {
-                let (wi, weight, pdf) = point.sample(pick, u)?;
-                Some(Scattered { wi, weight, pdf })
+                let wi = point.draw(pick, u);
+                let (value, pdf) = point.eval(wi);
+                Scattered::new(wi, value, pdf)
             }
         }
     }

@@ -10,10 +10,15 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
-use osculate_render::scene::{DirectionalCurvature, QueryForm, RayCurvature, SilhouetteMaterial};
-use osculate_render::{
-    Environment, Light, Material, MeshInstance, RectangleLight, RenderOptions, Scene, StopRule, Strategy,
+use osculate_render::scene::{
+    DirectionalCurvature, QueryForm, RayCurvature, SilhouetteMaterial, SurfaceSource,
 };
+use osculate_render::{
+    Environment, Light, Material, MeshInstance, Queries, RectangleLight, RenderOptions, Rendering, Scene,
+    StopRule, Strategy,
+};
+use osculate_sbtf::infer::{self, Precision, StoredModel};
+use osculate_sbtf::model::{Architecture, Model, OpacityHead};
 use osculate_sbtf::sampling::Sampler;
 use osculate_sbtf::{Answer, Query, SilhouetteBtf};
 use support::{assert_agree, independent, mean_and_error, object, plane, run, scene};
@@ -198,11 +203,99 @@ fn shadows_on_other_things_are_those_of_what_is_in_the_shell() {
         run(&scene, &RenderOptions { stop: StopRule::Samples(256), max_depth: 1, ..RenderOptions::default() })
     };
     let (found, expected) = (shaded(BOUNDINGS[0]), shaded(Kind::Displaced));
-    let mean = |r: &osculate_render::Rendering| {
+    let mean = |r: &Rendering| {
         let pixels = r.film.radiance();
         pixels.iter().map(|p| p.x).sum::<f32>() / pixels.len() as f32
     };
     let (a, b) = (mean(&found), mean(&expected));
     assert!((a / b - 1.0).abs() < 2e-3, "{a} {b}");
     assert!(found.counters.pass_throughs > 0 && found.counters.opacity_queries > 0);
+}
+
+/// All kinds of light on all kinds of surface: two tubes under different materials, which light each other through a pane.
+fn crowd(materials: [Material; 2]) -> Scene {
+    let mut scene = view(BOUNDINGS[0]);
+    let [one, two] = materials.map(|material| {
+        let mut tube = instance(BOUNDINGS[0]);
+        tube.surface = SurfaceSource::Material(material);
+        tube
+    });
+    let mut two = two;
+    two.placement.translation = Vec3::new(-1.4, 0.0, -1.8);
+    let clay = Material { roughness: 0.3, ..Material::lambert(Vec3::splat(0.6)) };
+    let mut wall = object(plane(6.0, 0.0), clay);
+    wall.placement.rotation = glam::Mat3::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    wall.placement.translation.z = -4.0;
+    let mut pane = object(plane(0.8, 0.0), Material { opacity: 0.3, ..Material::default() });
+    pane.placement.rotation = wall.placement.rotation;
+    pane.placement.translation = Vec3::new(-0.5, 0.5, 2.0);
+    scene.objects = vec![one, two, wall, pane];
+    scene.camera = osculate_render::Camera::look_at(
+        Vec3::new(0.0, 0.0, 30.0),
+        Vec3::new(-0.6, 0.0, 0.0),
+        Vec3::Y,
+        7.0_f32.to_radians(),
+    );
+    // No multiple of a tile's side.
+    (scene.width, scene.height) = (19, 17);
+    let lamp = RectangleLight::facing(Vec3::new(3.0, 2.0, 3.0), Vec3::ZERO, 2.0, 2.0, Vec3::splat(8.0));
+    let sun = Light::Directional { direction: Vec3::new(1.0, -0.5, -0.8), irradiance: Vec3::ONE };
+    scene.lights = vec![Light::Rectangle(lamp), sun];
+    scene.environment = Environment::Constant(Vec3::new(0.2, 0.3, 0.5));
+    scene
+}
+
+fn covered(btf: Arc<dyn SilhouetteBtf + Send + Sync>, depth: f32) -> Material {
+    let sampler = Arc::new(Sampler::cosine());
+    let silhouette =
+        SilhouetteMaterial { btf, depth, tiles: [1.0; 2], tile_size: 1.0, sampler, query: QueryForm::Chord };
+    Material { silhouette: Some(silhouette), ..Material::default() }
+}
+
+fn asked(scene: &Scene, queries: Queries, strategy: Strategy, max_depth: u32, threads: usize) -> Rendering {
+    let stop = StopRule::Samples(7);
+    let options = RenderOptions { stop, queries, strategy, max_depth, ..RenderOptions::default() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    pool.install(|| run(scene, &options))
+}
+
+/// The two integrators are two programs; closed forms give them the same answers.
+#[test]
+fn paths_side_by_side_are_paths_one_by_one_to_the_bit() {
+    let scene = crowd([0.15, 0.3].map(|depth| covered(Arc::new(Shell { depth }), depth)));
+    for strategy in [Strategy::Combined, Strategy::Lights, Strategy::Bsdf] {
+        for max_depth in [0, 1, 5] {
+            let one = asked(&scene, Queries::Single, strategy, max_depth, 1);
+            for (paths, threads) in [(1, 1), (50, 2), (100_000, 1)] {
+                let many = asked(&scene, Queries::Batched { paths }, strategy, max_depth, threads);
+                let name = format!("{strategy:?}, {max_depth} surfaces, {paths} paths, {threads} threads");
+                assert_eq!(many.counters, one.counters, "{name}");
+                let differing =
+                    one.film.radiance().iter().zip(many.film.radiance()).position(|(a, b)| *a != b);
+                assert_eq!(differing, None, "{name}: this pixel");
+            }
+            let counters = one.counters;
+            let reflects = counters.opacity_queries > 0 && counters.pass_throughs > 0;
+            assert!(reflects && (max_depth == 0) == (counters.reflectance_queries == 0), "{counters:?}");
+        }
+    }
+}
+
+/// Models give other sums in batches, by 3e-4 of 1 + rgb at most (the bound of the tests of `infer`). A pixel here is a mean of paths of
+/// up to three factors below 2, so that it stays within three times that, in proportion to the picture's brightest.
+#[test]
+fn batches_of_a_model_make_the_picture_of_its_single_queries() {
+    let model = |seed| {
+        let form = Architecture { opacity: OpacityHead::Direct, ..Architecture::taps(0.1) };
+        infer::Material::new(&StoredModel::new(&Model::untrained(form, seed), Precision::F16))
+    };
+    let scene = crowd([1, 2].map(|seed| covered(Arc::new(model(seed)), 0.1)));
+    let one = asked(&scene, Queries::Single, Strategy::Combined, 3, 1);
+    let many = [(1024, 1), (33, 2)]
+        .map(|(paths, threads)| asked(&scene, Queries::Batched { paths }, Strategy::Combined, 3, threads));
+    assert_eq!(many[0].film.radiance(), many[1].film.radiance(), "batch size and threads change nothing");
+    let brightest = one.film.radiance().iter().map(|p| p.max_element()).fold(0.0, f32::max);
+    let off = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / brightest;
+    let worst = one.film.radiance().iter().zip(&many[0].film.radiance()).map(off).fold(0.0, f32::max);
+    assert!(worst < 9e-4, "off by {worst} of {brightest}");
 }

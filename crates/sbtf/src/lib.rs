@@ -53,4 +53,4 @@ pub mod sampling;
 pub mod silhouette;
 pub mod train;
 
-pub use query::{Answer, Entry, Query, SilhouetteBtf};
+pub use query::{Answer, Entry, Incidence, Query, SilhouetteBtf};

@@ -25,6 +25,17 @@ pub struct Answer {
     pub alpha: f32,
 }
 
+/// A query without its light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Incidence {
+    /// As in [`Query`].
+    pub uv: Vec2,
+    /// As in [`Query`].
+    pub wo: Vec3,
+    /// As in [`Query`].
+    pub kappa_hat: f32,
+}
+
 /// Where a ray that hits meets the material: what does not depend on the light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
@@ -55,6 +66,43 @@ pub trait SilhouetteBtf: Sync {
     fn rgb(&self, entry: &Entry, wi: Vec3) -> Vec3 {
         let Entry { uv, wo, kappa_hat, .. } = *entry;
         self.eval(&Query { uv, wo, wi, kappa_hat }).rgb
+    }
+
+    /// [`Self::alpha`] of many rays, in their order. An answer does not depend on what else is in the batch; it may differ from the
+    /// single one by the order of sums.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many opacities as rays.
+    fn alpha_batch(&self, rays: &[Incidence], alphas: &mut [f32]) {
+        assert_eq!(rays.len(), alphas.len(), "an opacity for every ray");
+        for (ray, alpha) in rays.iter().zip(alphas) {
+            *alpha = self.alpha(ray.uv, ray.wo, ray.kappa_hat);
+        }
+    }
+
+    /// [`Self::enter`] of many rays that hit; otherwise as [`Self::alpha_batch`].
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many entries as rays.
+    fn enter_batch(&self, rays: &[Incidence], entries: &mut [Entry]) {
+        assert_eq!(rays.len(), entries.len(), "an entry for every ray");
+        for (ray, entry) in rays.iter().zip(entries) {
+            *entry = self.enter(ray.uv, ray.wo, ray.kappa_hat);
+        }
+    }
+
+    /// [`Self::rgb`] of many entries, each under its own light; otherwise as [`Self::alpha_batch`].
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many lights and colours as entries.
+    fn rgb_batch(&self, entries: &[Entry], wi: &[Vec3], rgb: &mut [Vec3]) {
+        assert!(entries.len() == wi.len() && wi.len() == rgb.len(), "a light and a colour for every entry");
+        for ((entry, &wi), rgb) in entries.iter().zip(wi).zip(rgb) {
+            *rgb = self.rgb(entry, wi);
+        }
     }
 
     /// The answers to many queries, in their order.

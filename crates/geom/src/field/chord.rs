@@ -14,7 +14,8 @@
 //! first has no jumps, and the second does not drift. The ray's elevation is taken against the lifted section's own tangent, so that very short
 //! chords have the limit that they must have, the curvature along the section.
 
-use super::section::{Crossing, Piece, SectionWalk, Stop};
+use super::direction::section_curvature;
+use super::section::{Piece, SectionWalk, SideEnd, Stop};
 use super::start::{Start, StartSection};
 use super::surface_field::{CurvatureField, SurfacePoint};
 use super::walk_length::WalkLength;
@@ -66,7 +67,7 @@ pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLengt
     };
     let mut query = Query::new(field, start, at, walk.piece(), reach);
     loop {
-        if let Some(end) = query.add(walk.piece()) {
+        if let Some(end) = query.add(walk.piece(), walk.ends()) {
             return query.finish(end, walk.crossings());
         }
         if let Err(stop) = walk.advance() {
@@ -142,8 +143,31 @@ struct Query<'a, 'f> {
     /// The end of the last piece on the lifted section, without the blend.
     lifted: [f64; 2],
     last: Planar,
+    /// The ends of the last crossed side: of the next, one is the same.
+    corners: [Corner; 2],
     passed: Vec<Passed>,
 }
+
+/// What a crossing takes of an end of its side.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    vertex: u32,
+    /// Normal of the fitted surface and curvature of the section there; `None` without an estimate.
+    estimate: Option<(Vec3, f64)>,
+}
+
+impl Corner {
+    /// Before the first crossing.
+    const NONE: Self = Self { vertex: u32::MAX, estimate: None };
+
+    fn new(field: &CurvatureField<'_>, vertex: u32, plane_normal: &Vec3) -> Self {
+        let estimate = field.principal(vertex).map(|p| (p.normal(), section_curvature(p, plane_normal)));
+        Self { vertex, estimate }
+    }
+}
+
+/// Pieces that most walks have at most.
+const USUAL_PIECES: usize = 63;
 
 impl<'a, 'f> Query<'a, 'f> {
     fn new(
@@ -159,6 +183,8 @@ impl<'a, 'f> Query<'a, 'f> {
         let up = tangent.cross(&at.plane.normal);
         let (cosine, sine) = (start.cosine, (1.0 - start.cosine * start.cosine).max(0.0).sqrt());
         let (ray, across) = (tangent * sine - up * cosine, tangent * cosine + up * sine);
+        let mut passed = Vec::with_capacity(USUAL_PIECES + 1);
+        passed.push(Passed::default());
         Self {
             field,
             plane_normal: at.plane.normal,
@@ -173,19 +199,23 @@ impl<'a, 'f> Query<'a, 'f> {
             integrated: Integrated::default(),
             lifted: [0.0; 2],
             last: Planar { t: 0.0, above: 0.0, normal: [n.dot(&ray), n.dot(&across)], kappa: at.kappa },
-            passed: vec![Passed::default()],
+            corners: [Corner::NONE; 2],
+            passed,
         }
     }
 
     /// Goes over a piece; where the walk ends if it ends there.
-    fn add(&mut self, piece: &Piece) -> Option<End> {
+    fn add(&mut self, piece: &Piece, ends: &[SideEnd; 2]) -> Option<End> {
         let is_first = self.passed.len() == 1;
-        let (from, mut to) = (self.last, self.planar(&piece.exit));
+        let (from, mut to) = (self.last, self.planar(piece, ends));
         let before = *self.passed.last().expect("holds the start");
-        let span = (to.t - self.lifted[0]).hypot(to.above - self.lifted[1]);
+        let span = length(to.t - self.lifted[0], to.above - self.lifted[1]);
         self.lifted = [to.t, to.above];
-        self.integrated.add(span, from.kappa, to.kappa);
-        [to.t, to.above] = self.blend(to, before.arc + span);
+        let share = self.lifted_share(before.arc + span);
+        if share < 1.0 {
+            self.integrated.add(span, from.kappa, to.kappa);
+            [to.t, to.above] = self.blend(to, share);
+        }
         let uv = uv_step(self.field, piece).unwrap_or_default();
         let after =
             Passed { t: to.t, arc: before.arc + span, uv: [before.uv[0] + uv[0], before.uv[1] + uv[1]] };
@@ -218,13 +248,20 @@ impl<'a, 'f> Query<'a, 'f> {
         }
     }
 
-    /// Between the integrated and the lifted curve, by how far the walk has come against the size of a triangle.
-    fn blend(&self, lifted: Planar, arc: f64) -> [f64; 2] {
+    /// How much of the lifted curve counts at this arc, by the size of a triangle; it only grows with the arc.
+    fn lifted_share(&self, arc: f64) -> f64 {
+        if arc >= 3.0 * self.side {
+            return 1.0;
+        }
+        let share = (0.5 * (arc / self.side - 1.0)).clamp(0.0, 1.0);
+        share * share * (3.0 - 2.0 * share)
+    }
+
+    /// Between the integrated and the lifted curve.
+    fn blend(&self, lifted: Planar, share: f64) -> [f64; 2] {
         let Integrated { x, z, .. } = self.integrated;
         let smooth = [self.sine * x - self.cosine * z, self.cosine * x + self.sine * z];
-        let share = if self.side > 0.0 { (0.5 * (arc / self.side - 1.0)).clamp(0.0, 1.0) } else { 1.0 };
-        let weight = share * share * (3.0 - 2.0 * share);
-        let mix = |a: f64, b: f64| if weight == 0.0 { a } else { a + weight * (b - a) };
+        let mix = |a: f64, b: f64| if share == 0.0 { a } else { a + share * (b - a) };
         [mix(smooth[0], lifted.t), mix(smooth[1], lifted.above)]
     }
 
@@ -244,32 +281,52 @@ impl<'a, 'f> Query<'a, 'f> {
         /// Where the surface turns its side to the ray, the foot of the normal on the ray runs away. A steep ray is followed a
         /// fifth of the depth too far for it.
         const LEAST_FACING: f64 = 0.2;
-        let depth_at = |p: &Planar| p.above / p.normal[1].max(LEAST_FACING);
-        let (from, to) = (depth_at(&curve.from), depth_at(&curve.to));
-        if to >= depth {
+        let facing = |p: &Planar| p.normal[1].max(LEAST_FACING);
+        if curve.to.above >= depth * facing(&curve.to) {
+            let depth_at = |p: &Planar| p.above / facing(p);
+            let (from, to) = (depth_at(&curve.from), depth_at(&curve.to));
             let share = if to > from { (depth - from) / (to - from) } else { 1.0 };
             return Some((share.clamp(0.0, 1.0), Stop::Below));
         }
         (curve.to.t >= most).then_some((1.0, Stop::Length))
     }
 
-    fn planar(&self, crossing: &Crossing) -> Planar {
-        let normal = self.field.normal(crossing.point).try_normalize(0.0).unwrap_or(self.across);
-        let in_plane = normal - self.plane_normal * self.plane_normal.dot(&normal);
+    /// Where the piece leaves its triangle.
+    fn planar(&mut self, piece: &Piece, ends: &[SideEnd; 2]) -> Planar {
+        let known = self.corners;
+        self.corners = ends.map(|end| {
+            let same = known.into_iter().find(|corner| corner.vertex == end.vertex);
+            same.unwrap_or_else(|| Corner::new(self.field, end.vertex, &self.plane_normal))
+        });
+        let (mut sum, mut kappa, mut weight) = (Vec3::zeros(), 0.0, 0.0);
+        for (corner, end) in self.corners.iter().zip(ends) {
+            if let Some((normal, curvature)) = corner.estimate {
+                sum += normal * end.weight;
+                kappa += curvature * end.weight;
+                weight += end.weight;
+            }
+        }
+        let sum = if sum == Vec3::zeros() { self.across } else { sum };
+        let in_plane = sum - self.plane_normal * self.plane_normal.dot(&sum);
+        let kappa = if weight == 1.0 { kappa } else { kappa / weight };
+        let (whole, inside) = (sum.norm(), in_plane.norm());
         // A section that grazes the surface runs along it: the lift's way to the patch within the plane has no limit there.
-        let lift = lift(self.field, crossing.point) / in_plane.norm_squared().max(LEAST_SLOPE);
-        let p = crossing.position + in_plane * lift - self.origin;
-        // Meusnier: a section that cuts the surface askew is bent more than the surface.
-        let kappa = self
-            .field
-            .kappa_of_section(crossing.point, &self.plane_normal)
-            .map_or(self.last.kappa, |kappa| kappa / in_plane.norm().max(LEAST_SLOPE.sqrt()));
-        let unit = in_plane.try_normalize(0.0).unwrap_or(self.across);
+        let lift = lift_on_side(self.field, ends);
+        let (unit, lift, per_sine) = if inside > LEAST_SINE * whole {
+            let inverse = 1.0 / inside;
+            let per_sine = whole * inverse;
+            (in_plane * inverse, lift * per_sine, per_sine)
+        } else {
+            let unit = in_plane.try_normalize(0.0).unwrap_or(self.across);
+            (unit, lift * (inside / whole) / (LEAST_SINE * LEAST_SINE), 1.0 / LEAST_SINE)
+        };
+        let p = piece.exit.position + unit * lift - self.origin;
         Planar {
             t: self.ray.dot(&p),
             above: self.across.dot(&p),
             normal: [self.ray.dot(&unit), self.across.dot(&unit)],
-            kappa,
+            // Meusnier: a section that cuts the surface askew is bent more than the surface.
+            kappa: if weight > 0.0 { kappa * per_sine } else { self.last.kappa },
         }
     }
 
@@ -322,8 +379,14 @@ impl<'a, 'f> Query<'a, 'f> {
     }
 }
 
-/// Squared sine between section plane and surface below which the lift is not followed further.
-const LEAST_SLOPE: f64 = 0.05;
+/// Sine between section plane and surface below which the lift is not followed further: the root of 1 / 20.
+const LEAST_SINE: f64 = 0.223_606_797_749_979;
+
+/// Length of a plane vector. The plain form: squares of lengths of a mesh neither overflow nor vanish, and `hypot` was a
+/// twentieth of a picture's time.
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
 
 /// Arc length from the origin to `(x, z)` on the circle that touches the x axis there.
 fn arc_over(x: f64, z: f64) -> f64 {
@@ -344,7 +407,7 @@ impl Curve {
         let bend = 0.25 * (self.from.kappa + self.to.kappa) * self.span * self.span;
         // Across the chord, which has the direction half way between the tangents at its ends.
         let normal = [0, 1].map(|k| self.from.normal[k] + self.to.normal[k]);
-        let length = normal[0].hypot(normal[1]);
+        let length = length(normal[0], normal[1]);
         if length > 0.0 { normal.map(|x| bend * x / length) } else { [0.0; 2] }
     }
 
@@ -385,12 +448,24 @@ fn lift(field: &CurvatureField<'_>, point: SurfacePoint) -> f64 {
     0.5 * (side(0) + side(1) + side(2))
 }
 
+/// The same where a side is crossed.
+fn lift_on_side(field: &CurvatureField<'_>, [one, two]: &[SideEnd; 2]) -> f64 {
+    let weight = one.weight * two.weight;
+    if weight == 0.0 {
+        return 0.0;
+    }
+    0.5 * weight * bend_along(field, [one.vertex, two.vertex], two.position - one.position)
+}
+
 /// The second fundamental form along a side of a triangle: the mean of those corners that have an estimate.
 fn bend(field: &CurvatureField<'_>, triangle: usize, side: usize) -> f64 {
     let corners = field.surface().triangles()[triangle];
     let (a, b) = (corners[side], corners[(side + 1) % 3]);
     let positions = field.surface().positions();
-    let edge = positions[b as usize] - positions[a as usize];
+    bend_along(field, [a, b], positions[b as usize] - positions[a as usize])
+}
+
+fn bend_along(field: &CurvatureField<'_>, [a, b]: [u32; 2], edge: Vec3) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for principal in [a, b].into_iter().filter_map(|v| field.principal(v)) {
         let (x1, x2) = (principal.d1.dot(&edge), principal.d2.dot(&edge));

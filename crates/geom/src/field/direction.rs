@@ -26,6 +26,18 @@ pub(super) fn kappa_along(principal: &Principal, w: &Vec3) -> f64 {
     if blend == 0.0 { along } else { along + blend * (principal.mean() - along) }
 }
 
+/// Curvature of a plane section: that of the surface in the direction in which the plane cuts its tangent plane. `normal` is
+/// the plane's; the mean curvature where the plane is the tangent plane.
+pub(super) fn section_curvature(principal: &Principal, normal: &Vec3) -> f64 {
+    let (x1, x2) = (principal.d2.dot(normal), principal.d1.dot(normal));
+    let squared = x1 * x1 + x2 * x2;
+    if squared == 0.0 {
+        principal.mean()
+    } else {
+        (principal.kappa_max * x1 * x1 + principal.kappa_min * x2 * x2) / squared
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -67,14 +67,34 @@ impl Piece {
     }
 }
 
+/// An end of a side that a section crosses.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SideEnd {
+    /// Of the surface.
+    pub vertex: u32,
+    pub position: Vec3,
+    /// Above the section plane.
+    height: f64,
+    /// Its share in the crossing; those of both ends sum to one.
+    pub weight: f64,
+}
+
 /// A walk along a section: one piece at a time.
 pub(super) struct SectionWalk<'a, 'f> {
     field: &'a CurvatureField<'f>,
     section: Section,
     piece: Piece,
+    /// Of the side through which the piece leaves: the next triangle has two of its corners from there.
+    ends: [SideEnd; 2],
     start_triangle: usize,
     crossings: u32,
     is_closed: bool,
+}
+
+impl SideEnd {
+    fn is_above(&self) -> bool {
+        self.height >= 0.0
+    }
 }
 
 impl<'a, 'f> SectionWalk<'a, 'f> {
@@ -87,12 +107,23 @@ impl<'a, 'f> SectionWalk<'a, 'f> {
     ) -> Option<Self> {
         let (from, exit) = leave_start(field, &section, start, forward)?;
         let piece = Piece { from, from_position: section.origin, exit };
-        Some(Self { field, section, piece, start_triangle: from.triangle, crossings: 0, is_closed: false })
+        let (vertices, side) = (field.surface().triangles()[exit.point.triangle], exit.side);
+        let ends = [side, (side + 1) % 3].map(|corner| SideEnd {
+            weight: exit.point.barycentric[corner],
+            ..section.side_end(field, vertices[corner])
+        });
+        let start_triangle = from.triangle;
+        Some(Self { field, section, piece, ends, start_triangle, crossings: 0, is_closed: false })
     }
 
     /// The piece that the walk is on.
     pub fn piece(&self) -> &Piece {
         &self.piece
+    }
+
+    /// The ends of the side through which the piece leaves.
+    pub fn ends(&self) -> &[SideEnd; 2] {
+        &self.ends
     }
 
     /// Triangles entered after the first.
@@ -113,17 +144,45 @@ impl<'a, 'f> SectionWalk<'a, 'f> {
         if self.crossings == MAX_CROSSINGS {
             return Err(Stop::Budget);
         }
-        let [one, two] = self.section.crossings(self.field, next).expect("entered through a crossed side");
-        let (entry, exit) = if one.side == entered { (one, two) } else { (two, one) };
-        self.piece = Piece { from: entry.point, from_position: entry.position, exit };
+        self.enter(next, entered);
         self.is_closed = next == self.start_triangle;
         Ok(())
+    }
+
+    /// Goes on into a triangle through this side of it. Only the corner opposite is new.
+    fn enter(&mut self, triangle: usize, entered: usize) {
+        let vertices = self.field.surface().triangles()[triangle];
+        let [a, b, c] = [entered, (entered + 1) % 3, (entered + 2) % 3];
+        let [one, two] = self.ends;
+        let (start, end) = if one.vertex == vertices[a] { (one, two) } else { (two, one) };
+        let mut entry = SurfacePoint { triangle, barycentric: [0.0; 3] };
+        (entry.barycentric[a], entry.barycentric[b]) = (start.weight, end.weight);
+        let opposite = self.section.side_end(self.field, vertices[c]);
+        // The ends lie on different sides of the plane, the opposite corner with one of them.
+        let (side, from, to) =
+            if opposite.is_above() == start.is_above() { (b, end, opposite) } else { (c, opposite, start) };
+        // The heights differ in sign, so the share is in [0, 1] and the division is safe.
+        let share = from.height / (from.height - to.height);
+        let mut exit = SurfacePoint { triangle, barycentric: [0.0; 3] };
+        (exit.barycentric[side], exit.barycentric[(side + 1) % 3]) = (1.0 - share, share);
+        let position = from.position + (to.position - from.position) * share;
+        self.ends = [SideEnd { weight: 1.0 - share, ..from }, SideEnd { weight: share, ..to }];
+        self.piece = Piece {
+            from: entry,
+            from_position: self.piece.exit.position,
+            exit: Crossing { side, point: exit, position },
+        };
     }
 }
 
 impl Section {
     fn height(&self, p: Vec3) -> f64 {
         self.normal.dot(&(p - self.origin))
+    }
+
+    fn side_end(&self, field: &CurvatureField<'_>, vertex: u32) -> SideEnd {
+        let position = field.surface().positions()[vertex as usize];
+        SideEnd { vertex, position, height: self.height(position), weight: 0.0 }
     }
 
     /// The two crossed sides of a triangle, or `None` if all corners lie on one side.

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::direction::kappa_along;
+use super::direction::{kappa_along, section_curvature};
 use super::march::{self, March};
 use super::start::Start;
 use crate::curvature::{Principal, VertexCurvature};
@@ -105,15 +105,7 @@ impl<'a> CurvatureField<'a> {
     /// Curvature of a plane section at one of its points: each corner's, in the direction in which the plane cuts its
     /// tangent plane. `normal` is the plane's; `None` where no corner has an estimate.
     pub(super) fn kappa_of_section(&self, point: SurfacePoint, normal: &Vec3) -> Option<f64> {
-        self.interpolate(point, |principal| {
-            let (x1, x2) = (principal.d2.dot(normal), principal.d1.dot(normal));
-            let squared = x1 * x1 + x2 * x2;
-            if squared == 0.0 {
-                principal.mean()
-            } else {
-                (principal.kappa_max * x1 * x1 + principal.kappa_min * x2 * x2) / squared
-            }
-        })
+        self.interpolate(point, |principal| section_curvature(principal, normal))
     }
 
     pub(super) fn interpolate(&self, point: SurfacePoint, value: impl Fn(&Principal) -> f64) -> Option<f64> {

@@ -13,6 +13,7 @@
 
 mod build;
 mod bvh;
+mod instances;
 mod kernels;
 mod ray;
 mod surface_point;
@@ -20,5 +21,6 @@ mod traverse;
 mod triangle;
 
 pub use bvh::{Bvh, to_f32};
+pub use instances::{Instances, Similarity};
 pub use ray::{Hit, Ray};
 pub use surface_point::SurfacePoint;

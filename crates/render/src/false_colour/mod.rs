@@ -238,7 +238,7 @@ impl<F: Fn(&ObjectPoint<'_>, Vec3, Vec3) -> Option<f32>> Painter<'_, F> {
     fn colour(&self, x: f32, y: f32) -> Vec3 {
         let camera: &Camera = &self.scene.camera;
         let ray = camera.pinhole_ray(x, y, self.scene.width as f32, self.scene.height as f32);
-        let hit = self.prepared.bvh.closest_hit(&Ray::new(ray.origin, ray.direction));
+        let hit = self.prepared.geometry.closest_hit(&Ray::new(ray.origin, ray.direction));
         let Some((hit, (object, triangle))) =
             hit.and_then(|h| Some((h, self.prepared.object_of(h.triangle)?)))
         else {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{EulerRot, Mat3, Vec3};
+use glam::Vec3;
 use osculate_geom::field::FilterKind;
 use osculate_geom::reference::Shape;
 
@@ -12,6 +12,7 @@ use super::checker::Checker;
 use super::file::{
     LightSection, LoadRequest, LoadedMesh, MeshLoader, MeshSection, MeshSource, SceneFile, SceneFileError,
 };
+use super::instances::{spread, turned};
 use super::silhouette_section::SilhouetteChoice;
 use super::{Material, MeshInstance, Placement, PreviewOptions, QueryForm, Role, Scene, SurfaceSource};
 use crate::camera::Camera;
@@ -31,12 +32,17 @@ impl SceneFile {
         self.check_image(&check)?;
         self.check_curvature(&check)?;
         let materials = self.materials(&check)?;
-        let objects = self
-            .mesh
-            .iter()
-            .enumerate()
-            .map(|(i, m)| self.object(&check, i, m, &materials, load))
-            .collect::<Result<_, _>>()?;
+        let mut objects = Vec::with_capacity(self.mesh.len());
+        for (i, section) in self.mesh.iter().enumerate() {
+            let object = self.object(&check, i, section, &materials, load)?;
+            match &section.instances {
+                None => objects.push(object),
+                Some(instances) => {
+                    let places = instances.placements(&check, &format!("mesh[{i}].instances"))?;
+                    objects.extend(spread(&object, &places));
+                }
+            }
+        }
         let towards_viewer = match self.camera.towards_viewer {
             Some(v) => check.direction("camera.towards_viewer", v)?,
             None => PreviewOptions::default().towards_viewer,
@@ -145,9 +151,8 @@ impl SceneFile {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(check.error(&key("scale"), scale, "must be positive"));
         }
-        let [x, y, z] = check.point(&key("rotate"), section.rotate)?.to_array().map(f32::to_radians);
         let placement = Placement {
-            rotation: Mat3::from_euler(EulerRot::ZYX, z, y, x),
+            rotation: turned(check.point(&key("rotate"), section.rotate)?),
             scale,
             translation: check.point(&key("translate"), section.translate)?,
         };

@@ -12,7 +12,7 @@ use osculate_geom::reference::Shape;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{DirectionalCurvature, Material, QueryForm};
+use super::{DirectionalCurvature, InstancesSection, Material, QueryForm};
 
 /// A scene file as it is written. Paths are relative to the file. Angles are in degrees, lengths in world units, colours
 /// linear RGB. Sections that are left out take what the preview has: its camera and, without lights and environment, its studio.
@@ -133,6 +133,9 @@ pub struct MeshSection {
     /// Whether framing and curvature pictures leave it out. Default: false.
     #[serde(default)]
     pub backdrop: bool,
+    /// Several places, each after the one above: a list of `{ rotate, scale, translate }`, or `{ grid, spacing }`. Default: one.
+    #[serde(default)]
+    pub instances: Option<InstancesSection>,
 }
 
 /// `[material.NAME]`.

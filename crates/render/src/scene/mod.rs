@@ -3,6 +3,7 @@
 mod build;
 mod checker;
 mod file;
+mod instances;
 mod preview;
 mod silhouette;
 mod silhouette_section;
@@ -17,6 +18,7 @@ use osculate_geom::field::FilterKind;
 pub use file::{
     CurvatureSection, LoadRequest, LoadedMesh, MeshLoader, MeshSource, SceneFile, SceneFileError, Shell,
 };
+pub use instances::{GridSection, InstanceSection, InstancesSection, ScaleSection};
 pub use preview::PreviewOptions;
 pub use silhouette::{QueryForm, SilhouetteMaterial};
 
@@ -131,6 +133,16 @@ impl Placement {
     #[must_use]
     pub fn world_from_object(&self, p: Vec3) -> Vec3 {
         self.translation + self.scale * (self.rotation * p)
+    }
+
+    /// First `before`, then this.
+    #[must_use]
+    pub fn after(&self, before: &Self) -> Self {
+        Self {
+            rotation: self.rotation * before.rotation,
+            scale: self.scale * before.scale,
+            translation: self.world_from_object(before.translation),
+        }
     }
 }
 

@@ -1,12 +1,13 @@
 //! The default look: a studio that fits any mesh.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::Vec3;
 use osculate_geom::field::FilterKind;
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 
-use super::{Material, MeshInstance, Role, Scene, SurfaceSource};
+use super::{Material, MeshInstance, Placement, Role, Scene, SurfaceSource};
 use crate::camera::Camera;
 use crate::lights::{Environment, EnvironmentImage, Light, RectangleLight};
 
@@ -35,12 +36,12 @@ impl Scene {
     #[must_use]
     pub fn preview(mut objects: Vec<MeshInstance>, options: &PreviewOptions) -> Self {
         let [width, height] = options.size;
-        let bounds = objects.iter().filter_map(MeshInstance::bounds);
+        let points = outline(&objects);
+        let bounds = points.iter().map(|&p| (p, p));
         let (lower, upper) = bounds
             .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
             .unwrap_or((Vec3::splat(-0.5), Vec3::splat(0.5)));
         let towards = options.towards_viewer;
-        let points: Vec<Vec3> = objects.iter().flat_map(MeshInstance::world_positions).collect();
         let camera = Camera::framing(&points, towards, options.fov_y, width as f32 / height.max(1) as f32);
         let center = 0.5 * (lower + upper);
         let radius = match 0.5 * (upper - lower).length() {
@@ -72,6 +73,34 @@ impl Scene {
             filter: FilterKind::default(),
         }
     }
+}
+
+/// Points that the objects lie between: their vertices; of meshes that several objects share the corners of their boxes.
+fn outline(objects: &[MeshInstance]) -> Vec<Vec3> {
+    let mut uses: HashMap<*const Mesh, usize> = HashMap::new();
+    for object in objects {
+        *uses.entry(Arc::as_ptr(&object.mesh)).or_default() += 1;
+    }
+    let mut boxes: HashMap<*const Mesh, Vec<Vec3>> = HashMap::new();
+    let mut points = Vec::new();
+    for object in objects {
+        let mesh = Arc::as_ptr(&object.mesh);
+        if uses[&mesh] == 1 {
+            points.extend(object.world_positions());
+        } else {
+            let corners = boxes.entry(mesh).or_insert_with(|| box_corners(object));
+            points.extend(corners.iter().map(|&p| object.placement.world_from_object(p)));
+        }
+    }
+    points
+}
+
+/// Corners of the mesh's box in its own space; none without vertices.
+fn box_corners(object: &MeshInstance) -> Vec<Vec3> {
+    let here = MeshInstance { placement: Placement::default(), ..object.clone() };
+    let Some((lower, upper)) = here.bounds() else { return Vec::new() };
+    let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { lower[axis] } else { upper[axis] };
+    (0..8).map(|k| Vec3::new(pick(k, 0), pick(k, 1), pick(k, 2))).collect()
 }
 
 /// Soft light from above and from the viewer's side, little from behind and below.

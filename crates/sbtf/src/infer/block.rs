@@ -103,7 +103,7 @@ struct Lanes {
     kappa: Row,
 }
 
-struct Work<const INPUTS: usize, const WIDTH: usize> {
+pub(super) struct Work<const INPUTS: usize, const WIDTH: usize> {
     inputs: Rows<INPUTS>,
     odd: Rows<WIDTH>,
     even: Rows<WIDTH>,
@@ -112,18 +112,24 @@ struct Work<const INPUTS: usize, const WIDTH: usize> {
 
 impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
     #[inline(always)]
-    fn new() -> Self {
+    pub fn new() -> Self {
         let row = [0.0; BLOCK];
         let lanes = Lanes { uv: [row; 2], wo: [row; 3], wi: [row; 3], kappa: row };
         Self { inputs: Rows::zeroed(), odd: Rows::zeroed(), even: Rows::zeroed(), lanes }
     }
 
-    /// Gathers the first block of a queue. Missing queries are copies of the first.
+    /// Gathers the first block of a queue.
     #[inline(always)]
     fn load<S: Source>(&mut self, material: &Material, source: &S, queue: &Queue) {
+        self.fill(material, queue.len, |k| source.query(queue.index[k]));
+    }
+
+    /// Gathers a block of `count` queries. Those that are missing are copies of the first.
+    #[inline(always)]
+    pub fn fill(&mut self, material: &Material, count: usize, query: impl Fn(usize) -> Query) {
         let lanes = &mut self.lanes;
         for k in 0..BLOCK {
-            let query = source.query(queue.index[if k < queue.len { k } else { 0 }]);
+            let query = query(if k < count { k } else { 0 });
             lanes.uv[0][k] = query.uv.x;
             lanes.uv[1][k] = query.uv.y;
             for axis in 0..3 {
@@ -241,7 +247,7 @@ fn opacity_block<I: Isa, S: Source, A: Sink, const INPUTS: usize, const WIDTH: u
 
 /// Opacities of the block by the network.
 #[inline(always)]
-fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
+pub(super) fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     isa: I,
     material: &Material,
     work: &mut Work<INPUTS, WIDTH>,
@@ -288,7 +294,7 @@ fn shade_block<I: Isa, S: Source, A: Sink, const INPUTS: usize, const WIDTH: usi
 
 /// Where the rays of the block hit.
 #[inline(always)]
-fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
+pub(super) fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     isa: I,
     material: &Material,
     work: &mut Work<INPUTS, WIDTH>,
@@ -322,7 +328,7 @@ fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
 }
 
 #[inline(always)]
-fn colours<I: Isa, const INPUTS: usize, const WIDTH: usize>(
+pub(super) fn colours<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     isa: I,
     material: &Material,
     work: &mut Work<INPUTS, WIDTH>,

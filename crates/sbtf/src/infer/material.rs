@@ -9,9 +9,10 @@ use super::one::{Alpha, ColourAt, ColourInputs, Colours, Offset, View};
 use super::packed_mlp::PackedMlp;
 use super::packed_texture::PackedTexture;
 use super::rows::{AnswerRows, QueryRows, Sizes, Slices};
+use super::stages::{AlphaBatch, EnterBatch, RgbBatch};
 use super::stored::{StoredModel, StoredModule};
 use crate::model::{Architecture, LONGEST_REACH, OpacityHead, bounded};
-use crate::query::{Answer, Entry, Query, SilhouetteBtf};
+use crate::query::{Answer, Entry, Incidence, Query, SilhouetteBtf};
 use crate::silhouette::{cosine_of_dip, largest_cosine};
 
 /// Most inputs that a network may have.
@@ -272,6 +273,45 @@ impl SilhouetteBtf for Material {
         match self.sizes {
             Sizes::Few => self.simd.run(ColourAt::<COLOUR_INPUTS, FEW_WIDTH> { material, view, uv, wi }),
             Sizes::Many => self.simd.run(ColourAt::<COLOUR_INPUTS, MOST_WIDTH> { material, view, uv, wi }),
+        }
+    }
+
+    fn alpha_batch(&self, rays: &[Incidence], alphas: &mut [f32]) {
+        assert_eq!(rays.len(), alphas.len(), "an opacity for every ray");
+        let material = self;
+        match self.sizes {
+            Sizes::Few => {
+                self.simd.run(AlphaBatch::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, rays, alphas });
+            }
+            Sizes::Many => {
+                self.simd.run(AlphaBatch::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, rays, alphas });
+            }
+        }
+    }
+
+    fn enter_batch(&self, rays: &[Incidence], entries: &mut [Entry]) {
+        assert_eq!(rays.len(), entries.len(), "an entry for every ray");
+        let material = self;
+        match self.sizes {
+            Sizes::Few => {
+                self.simd.run(EnterBatch::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, rays, entries });
+            }
+            Sizes::Many => {
+                self.simd.run(EnterBatch::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, rays, entries });
+            }
+        }
+    }
+
+    fn rgb_batch(&self, entries: &[Entry], wi: &[Vec3], rgb: &mut [Vec3]) {
+        assert!(entries.len() == wi.len() && wi.len() == rgb.len(), "a light and a colour for every entry");
+        let material = self;
+        match self.sizes {
+            Sizes::Few => {
+                self.simd.run(RgbBatch::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, entries, wi, rgb });
+            }
+            Sizes::Many => {
+                self.simd.run(RgbBatch::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, entries, wi, rgb });
+            }
         }
     }
 

@@ -1,7 +1,8 @@
 //! Models compiled for speed.
 //!
 //! [`Material`] answers single queries ([`eval`](crate::SilhouetteBtf::eval)), many ([`eval_batch`](crate::SilhouetteBtf::eval_batch),
-//! [`Material::eval_rows`]), and several lights at one hit ([`Material::begin`]). It gives what
+//! [`Material::eval_rows`]), several lights at one hit ([`Material::begin`]), and parts of
+//! many queries ([`alpha_batch`](crate::SilhouetteBtf::alpha_batch) and its like). It gives what
 //! [`Model`](crate::model::Model) defines, but for the order of sums.
 
 mod aligned;
@@ -14,6 +15,7 @@ mod one;
 mod packed_mlp;
 mod packed_texture;
 mod rows;
+mod stages;
 mod stored;
 
 pub use kernels::Instructions;

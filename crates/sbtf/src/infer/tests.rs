@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::*;
 use crate::model::{Architecture, CurvatureInput, Model, OffsetForm, OpacityHead, TextureShape};
 use crate::silhouette::largest_cosine;
-use crate::{Answer, Query, SilhouetteBtf};
+use crate::{Answer, Entry, Incidence, Query, SilhouetteBtf};
 
 const INSTRUCTIONS: [Instructions; 3] = [Instructions::Avx512, Instructions::Avx2, Instructions::Portable];
 
@@ -196,6 +196,48 @@ fn what_lights_share_gives_the_bits_of_whole_queries() {
             }
         }
     }
+}
+
+/// In every form, whatever the batch's size: part by part the same bits as whole queries in a batch.
+#[test]
+fn parts_in_batches_give_the_bits_of_whole_batches() {
+    for (name, form) in forms() {
+        let depth = form.depth;
+        let stored = StoredModel::new(&Model::untrained(form, 5), Precision::F16);
+        for instructions in INSTRUCTIONS {
+            let Some(material) = Material::with_instructions(&stored, instructions) else { continue };
+            let queries = queries(203, depth);
+            let mut wanted = vec![Answer::default(); queries.len()];
+            material.eval_batch(&queries, &mut wanted);
+            for size in [1, 31, 203] {
+                let found: Vec<Answer> =
+                    queries.chunks(size).flat_map(|queries| in_parts(&material, queries)).collect();
+                assert_eq!(found, wanted, "{name}, {instructions:?}, {size} at a time");
+            }
+        }
+    }
+}
+
+/// Opacities first; entries and colours of those that hit.
+fn in_parts(material: &Material, queries: &[Query]) -> Vec<Answer> {
+    let ray = |q: &Query| Incidence { uv: q.uv, wo: q.wo, kappa_hat: q.kappa_hat };
+    let rays: Vec<Incidence> = queries.iter().map(ray).collect();
+    let mut alphas = vec![f32::NAN; rays.len()];
+    material.alpha_batch(&rays, &mut alphas);
+    let hits: Vec<usize> = (0..rays.len()).filter(|&k| alphas[k] > 0.0).collect();
+    let entering: Vec<Incidence> = hits.iter().map(|&k| rays[k]).collect();
+    let nowhere = Entry { uv: Vec2::NAN, wo: Vec3::NAN, kappa_hat: f32::NAN, hit_uv: Vec2::NAN };
+    let mut entries = vec![nowhere; hits.len()];
+    material.enter_batch(&entering, &mut entries);
+    let wi: Vec<Vec3> = hits.iter().map(|&k| queries[k].wi).collect();
+    let mut rgb = vec![Vec3::NAN; hits.len()];
+    material.rgb_batch(&entries, &wi, &mut rgb);
+    let mut answers: Vec<Answer> =
+        alphas.iter().map(|&alpha| Answer { alpha, ..Answer::default() }).collect();
+    for (&k, &rgb) in hits.iter().zip(&rgb) {
+        answers[k].rgb = rgb;
+    }
+    answers
 }
 
 #[test]

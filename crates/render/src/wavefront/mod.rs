@@ -1,0 +1,314 @@
+//! [`trace`]: many paths side by side, one stage after the other, so that materials with silhouettes are asked in batches.
+//!
+//! What a path draws and adds does not depend on the others: every random number has its dimension, a batch's answers do not
+//! depend on what else is in it, and each path adds up its own light in its own order. So the picture does not depend on how many
+//! paths go side by side. It is the picture of [`crate::integrator`], to the bit where a material's batches give the bits of its
+//! single answers.
+//!
+//! A round takes all paths over one vertex:
+//! 1. find the next surface (`passing`): closest hits, opacities in a batch, again for the rays that pass;
+//! 2. enter the materials in a batch;
+//! 3. draw a light and a direction at every vertex, and ask for the colours of both in a batch;
+//! 4. follow the shadow rays (`passing`), then go on in the drawn direction.
+
+mod batches;
+mod passing;
+
+use glam::Vec3;
+use osculate_geom::rays::Ray;
+
+use crate::camera::CameraRay;
+use crate::counters::Counters;
+use crate::effects::Effects;
+use crate::integrator::{Found, first_dimension, surface_vertex, survives};
+use crate::lighting::{
+    Last, PathLimits, Strategy, draw_light, environment_light, light_importance, light_weight,
+    rectangle_light, shadow_ray,
+};
+use crate::lights::{LightSample, Receiver};
+use crate::prepared::Prepared;
+use crate::sampler::Sampler;
+use crate::vertex::{Scattered, Vertex};
+use batches::{Batches, ColourRequest};
+use passing::{Shadow, next_surfaces, transmittances};
+
+/// A path from the camera.
+#[derive(Debug)]
+pub(crate) struct Path {
+    ray: Ray,
+    sampler: Sampler,
+    throughput: Vec3,
+    total: Vec3,
+    last: Option<Last>,
+}
+
+impl Path {
+    /// About to look for its first surface; the sampler has drawn what the camera needs.
+    pub(crate) fn new(ray: CameraRay, sampler: Sampler) -> Self {
+        let ray = Ray::new(ray.origin, ray.direction);
+        Self { ray, sampler, throughput: Vec3::ONE, total: Vec3::ZERO, last: None }
+    }
+
+    /// Radiance along its camera ray, once it was traced.
+    pub(crate) fn radiance(&self) -> Vec3 {
+        self.total
+    }
+}
+
+/// What all stages know.
+#[derive(Clone, Copy)]
+struct Context<'a> {
+    scene: &'a Prepared,
+    effects: Effects,
+    limits: PathLimits,
+}
+
+/// A vertex of a path.
+struct Node<'a> {
+    path: usize,
+    vertex: Vertex<'a>,
+    receiver: Receiver,
+    /// Sum of the lights' importances.
+    importance: f32,
+    light: Option<LightQuery>,
+    /// The direction in which the path goes on.
+    next: Option<Scattered>,
+}
+
+/// A light that was drawn, the chance of that, and what the surface makes of it.
+struct LightQuery {
+    sample: LightSample,
+    chance: f32,
+    f: Vec3,
+    pdf: f32,
+}
+
+/// Traces all paths to their ends.
+pub(crate) fn trace(
+    scene: &Prepared,
+    effects: Effects,
+    limits: PathLimits,
+    paths: &mut [Path],
+    counters: &mut Counters,
+) {
+    let cx = Context { scene, effects, limits };
+    let mut batches = Batches::default();
+    let mut active: Vec<usize> = (0..paths.len()).collect();
+    for depth in 0.. {
+        if active.is_empty() {
+            return;
+        }
+        for &path in &active {
+            paths[path].sampler.seek(first_dimension(depth));
+        }
+        counters.bounce_rays += if depth > 0 { active.len() as u64 } else { 0 };
+        let found = next_surfaces(cx, paths, &active, &mut batches, counters);
+        let arrived = arrive(cx, paths, &active, found, depth);
+        let mut nodes = vertices(cx, paths, arrived, &mut batches, counters);
+        let is_last = depth + 1 == limits.max_depth || !effects.interreflection;
+        // Without lights that a ray can hit, the ray of the last vertex would find nothing.
+        let lights_to_hit = effects.environment || effects.area_lights;
+        let goes_on = if is_last { limits.strategy != Strategy::Lights && lights_to_hit } else { true };
+        draw(cx, paths, &mut nodes, depth, goes_on, &mut batches, counters);
+        light(cx, paths, &nodes, &mut batches, counters);
+        active = go_on(paths, &nodes, depth);
+        if is_last {
+            counters.bounce_rays += active.len() as u64;
+            look_for_lights(cx, paths, &active, &mut batches, counters);
+            return;
+        }
+    }
+}
+
+/// Ends the paths that met a light or nothing, and those that are long enough; the others with what they found.
+fn arrive<'a>(
+    cx: Context<'a>,
+    paths: &mut [Path],
+    active: &[usize],
+    found: Vec<Option<Found<'a>>>,
+    depth: u32,
+) -> Vec<(usize, Found<'a>)> {
+    let mut arrived = Vec::with_capacity(active.len());
+    for (&index, found) in active.iter().zip(found) {
+        let path = &mut paths[index];
+        match found {
+            None if cx.effects.environment => path.add_environment(cx),
+            None => {}
+            Some(found) => {
+                let is_light = cx.effects.area_lights && cx.scene.rectangle_of(found.hit.triangle).is_some();
+                if is_light {
+                    path.add_rectangle(cx, &found);
+                } else if depth < cx.limits.max_depth {
+                    arrived.push((index, found));
+                }
+            }
+        }
+    }
+    arrived
+}
+
+impl Path {
+    /// Adds the environment's light along the ray, which found nothing.
+    fn add_environment(&mut self, cx: Context<'_>) {
+        let light = environment_light(cx.scene, cx.limits, self.ray.direction, self.last);
+        self.total += self.throughput * light;
+    }
+
+    /// Adds the light of the area light that was found.
+    fn add_rectangle(&mut self, cx: Context<'_>, found: &Found<'_>) {
+        if let Some(light) = cx.scene.rectangle_of(found.hit.triangle) {
+            let light = rectangle_light(cx.scene, cx.limits, light, &self.ray, &found.hit, self.last);
+            self.total += self.throughput * light;
+        }
+    }
+}
+
+/// The vertices where paths arrived.
+fn vertices<'a>(
+    cx: Context<'a>,
+    paths: &[Path],
+    arrived: Vec<(usize, Found<'a>)>,
+    batches: &mut Batches,
+    counters: &mut Counters,
+) -> Vec<Node<'a>> {
+    let points: Vec<_> = arrived.iter().filter_map(|(_, found)| found.silhouette).collect();
+    let mut entries = batches.entries(&points).into_iter();
+    let node = |(path, Found { hit, silhouette }): (usize, Found<'a>)| {
+        let vertex = match silhouette.and_then(|point| Some(point.entered(entries.next()?))) {
+            Some(entered) => Vertex::Silhouette(entered),
+            None => surface_vertex(cx.scene, cx.effects, &hit, -paths[path].ray.direction, counters),
+        };
+        let receiver = vertex.receiver();
+        let importance = light_importance(cx.scene, cx.effects, &receiver);
+        Node { path, vertex, receiver, importance, light: None, next: None }
+    };
+    arrived.into_iter().map(node).collect()
+}
+
+/// Draws a light and, if paths go on, a direction at every vertex, and evaluates the surfaces for both.
+fn draw(
+    cx: Context<'_>,
+    paths: &mut [Path],
+    nodes: &mut [Node<'_>],
+    depth: u32,
+    goes_on: bool,
+    batches: &mut Batches,
+    counters: &mut Counters,
+) {
+    let energy = &cx.scene.energy;
+    let mut requests = Vec::with_capacity(2 * nodes.len());
+    for (index, node) in nodes.iter_mut().enumerate() {
+        let sampler = &mut paths[node.path].sampler;
+        sampler.seek(first_dimension(depth) + 1);
+        node.draw_light(cx, sampler, counters);
+        if let Some(LightQuery { sample, f, pdf, .. }) = &mut node.light {
+            match &node.vertex {
+                Vertex::Silhouette(point) => {
+                    counters.reflectance_queries += 1;
+                    *pdf = point.pdf(sample.wi);
+                    requests.push(ColourRequest::new(point, sample.wi, index));
+                }
+                Vertex::Surface { .. } => (*f, *pdf) = node.vertex.eval(sample.wi, energy),
+            }
+        }
+        if !goes_on {
+            continue;
+        }
+        sampler.seek(first_dimension(depth) + 3);
+        let (pick, u) = (sampler.next_1d(), sampler.next_2d());
+        if let Vertex::Silhouette(point) = &node.vertex {
+            counters.reflectance_queries += 1;
+            let wi = point.draw(pick, u);
+            node.next = Some(Scattered { wi, weight: Vec3::ZERO, pdf: point.pdf(wi) });
+            requests.push(ColourRequest::new(point, wi, index).of_direction());
+        } else {
+            node.next = node.vertex.sample(pick, u, energy);
+        }
+    }
+    for (request, rgb) in requests.iter().zip(batches.colours(&requests)) {
+        let node = &mut nodes[request.node];
+        if request.is_direction {
+            node.next = node.next.and_then(|drawn| Scattered::new(drawn.wi, rgb, drawn.pdf));
+        } else if let Some(light) = &mut node.light {
+            light.f = rgb;
+        }
+    }
+}
+
+impl Node<'_> {
+    fn draw_light(&mut self, cx: Context<'_>, sampler: &mut Sampler, counters: &mut Counters) {
+        if self.importance <= 0.0 {
+            return;
+        }
+        let (pick, u) = (sampler.next_1d(), sampler.next_2d());
+        let drawn = draw_light(cx.scene, cx.effects, &self.receiver, pick * self.importance, u, counters);
+        self.light = drawn.map(|(sample, chance)| LightQuery {
+            sample,
+            chance: chance / self.importance,
+            f: Vec3::ZERO,
+            pdf: 0.0,
+        });
+    }
+}
+
+/// Adds the light of the lights that were drawn, as far as it gets there.
+fn light(
+    cx: Context<'_>,
+    paths: &mut [Path],
+    nodes: &[Node<'_>],
+    batches: &mut Batches,
+    counters: &mut Counters,
+) {
+    let mut shadows = Vec::with_capacity(nodes.len());
+    let mut unshadowed = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        let Some(LightQuery { sample, chance, f, pdf }) = &node.light else { continue };
+        if *f == Vec3::ZERO {
+            continue;
+        }
+        let Some(weight) = light_weight(cx.limits, sample, *chance, *pdf) else { continue };
+        shadows.push(Shadow::new(shadow_ray(node.vertex.origin_towards(sample.wi), sample)));
+        unshadowed.push((node.path, weight, *f, sample.radiance));
+    }
+    transmittances(cx, &mut shadows, batches, counters);
+    for ((path, weight, f, radiance), shadow) in unshadowed.into_iter().zip(&shadows) {
+        let path = &mut paths[path];
+        path.total += path.throughput * (weight * shadow.left() * f * radiance);
+    }
+}
+
+/// Turns paths into their next direction; returns those that go on.
+fn go_on(paths: &mut [Path], nodes: &[Node<'_>], depth: u32) -> Vec<usize> {
+    let mut active = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        let Some(Scattered { wi, weight, pdf }) = node.next else { continue };
+        let path = &mut paths[node.path];
+        path.throughput *= weight;
+        if !survives(&mut path.throughput, depth, &mut path.sampler) {
+            continue;
+        }
+        path.last = Some(Last { receiver: node.receiver, importance: node.importance, pdf });
+        path.ray = Ray::new(node.vertex.origin_towards(wi), wi);
+        active.push(node.path);
+    }
+    active
+}
+
+/// Light along rays that only look for lights.
+fn look_for_lights(
+    cx: Context<'_>,
+    paths: &mut [Path],
+    active: &[usize],
+    batches: &mut Batches,
+    counters: &mut Counters,
+) {
+    let found = next_surfaces(cx, paths, active, batches, counters);
+    for (&path, found) in active.iter().zip(found) {
+        let path = &mut paths[path];
+        match found {
+            None if cx.effects.environment => path.add_environment(cx),
+            Some(found) if cx.effects.area_lights => path.add_rectangle(cx, &found),
+            _ => {}
+        }
+    }
+}

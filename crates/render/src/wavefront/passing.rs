@@ -1,0 +1,114 @@
+//! Rays that may pass through surfaces: those of paths, which look for the surface that stops them, and shadow rays.
+
+use glam::Vec3;
+use osculate_geom::rays::{Hit, Ray};
+
+use super::batches::Batches;
+use super::{Context, Path};
+use crate::counters::Counters;
+use crate::integrator::Found;
+use crate::prepared::Prepared;
+
+/// A ray of a path at a surface that may let it pass.
+struct Passing {
+    /// Which of the answers it is.
+    slot: usize,
+    path: usize,
+    hit: Hit,
+    /// It is stopped where this is less than the opacity.
+    chance: f32,
+}
+
+/// For each of these paths the next hit that is not passed through. Moves the rays' origins to where the last passed surface was.
+pub(super) fn next_surfaces<'a>(
+    cx: Context<'a>,
+    paths: &mut [Path],
+    active: &[usize],
+    batches: &mut Batches,
+    counters: &mut Counters,
+) -> Vec<Option<Found<'a>>> {
+    counters.rays += active.len() as u64;
+    let mut found: Vec<Option<Found<'a>>> = Vec::new();
+    found.resize_with(active.len(), || None);
+    let first = |(slot, &path): (usize, &usize)| {
+        let hit = cx.scene.geometry.closest_hit(&paths[path].ray)?;
+        Some(Passing { slot, path, hit, chance: paths[path].sampler.next_1d() })
+    };
+    let mut pending: Vec<Passing> = active.iter().enumerate().filter_map(first).collect();
+    while !pending.is_empty() {
+        let hits = pending.iter().map(|p| (p.hit, paths[p.path].ray.direction));
+        let opacities = batches.opacities(cx, hits, counters);
+        let mut opacities = opacities.into_iter();
+        pending.retain_mut(|passing| {
+            let Some(opacity) = opacities.next() else { return false };
+            if passing.chance < opacity.share {
+                found[passing.slot] = Some(Found { hit: passing.hit, silhouette: opacity.silhouette });
+                return false;
+            }
+            // What is left of the number is as good as new.
+            passing.chance = (passing.chance - opacity.share) / (1.0 - opacity.share);
+            counters.pass_throughs += 1;
+            counters.rays += 1;
+            let ray = &mut paths[passing.path].ray;
+            ray.origin = behind(cx.scene, &passing.hit, ray.direction);
+            let next = cx.scene.geometry.closest_hit(ray);
+            next.inspect(|&hit| passing.hit = hit).is_some()
+        });
+    }
+    found
+}
+
+/// A ray on the way to a light.
+#[derive(Debug)]
+pub(super) struct Shadow {
+    ray: Ray,
+    left: f32,
+}
+
+impl Shadow {
+    pub fn new(ray: Ray) -> Self {
+        Self { ray, left: 1.0 }
+    }
+
+    /// Share of light that gets through.
+    pub fn left(&self) -> f32 {
+        self.left
+    }
+}
+
+/// Follows shadow rays to their lights.
+pub(super) fn transmittances(
+    cx: Context<'_>,
+    shadows: &mut [Shadow],
+    batches: &mut Batches,
+    counters: &mut Counters,
+) {
+    counters.shadow_rays += shadows.len() as u64;
+    let first = |(k, shadow): (usize, &Shadow)| Some((k, cx.scene.geometry.closest_hit(&shadow.ray)?));
+    let mut pending: Vec<(usize, Hit)> = shadows.iter().enumerate().filter_map(first).collect();
+    while !pending.is_empty() {
+        let hits = pending.iter().map(|&(k, hit)| (hit, shadows[k].ray.direction));
+        let opacities = batches.opacities(cx, hits, counters);
+        let mut opacities = opacities.into_iter();
+        pending.retain_mut(|(k, hit)| {
+            let Some(opacity) = opacities.next() else { return false };
+            let shadow = &mut shadows[*k];
+            shadow.left *= 1.0 - opacity.share;
+            if shadow.left <= 0.0 {
+                shadow.left = 0.0;
+                return false;
+            }
+            counters.pass_throughs += 1;
+            counters.shadow_rays += 1;
+            shadow.ray.origin = behind(cx.scene, hit, shadow.ray.direction);
+            shadow.ray.t_max -= hit.t;
+            let next = cx.scene.geometry.closest_hit(&shadow.ray);
+            next.inspect(|&next| *hit = next).is_some()
+        });
+    }
+}
+
+/// Where a ray goes on that passed through a surface.
+fn behind(scene: &Prepared, hit: &Hit, direction: Vec3) -> Vec3 {
+    scene.geometry.surface_point(hit).origin_towards(direction)
+}

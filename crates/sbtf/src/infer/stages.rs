@@ -1,0 +1,110 @@
+//! Parts of queries in batches: opacity, entry, colour. For renderers, whose queries have something between their parts: a ray that
+//! goes on or ends, a light that is drawn.
+
+use glam::{Vec2, Vec3};
+
+use super::block::{Work, alphas, colours, hit_uvs};
+use super::kernels::{BLOCK, Isa, Row, Task};
+use super::material::Material;
+use crate::query::{Entry, Incidence, Query};
+
+/// Opacities of rays. Those that are known without a network go through none, the others in full blocks.
+pub(super) struct AlphaBatch<'a, const INPUTS: usize, const WIDTH: usize> {
+    pub material: &'a Material,
+    pub rays: &'a [Incidence],
+    pub alphas: &'a mut [f32],
+}
+
+impl<const INPUTS: usize, const WIDTH: usize> Task for AlphaBatch<'_, INPUTS, WIDTH> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { material, rays, alphas: answers } = self;
+        let mut work = Work::<INPUTS, WIDTH>::new();
+        let (mut waiting, mut count) = ([0; BLOCK], 0);
+        for (index, ray) in rays.iter().enumerate() {
+            match material.known_alpha(ray.wo.z, ray.kappa_hat) {
+                Some(alpha) => answers[index] = alpha,
+                None => {
+                    waiting[count] = index;
+                    count += 1;
+                }
+            }
+            let is_last = index + 1 == rays.len();
+            if count == BLOCK || (is_last && count > 0) {
+                work.fill(material, count, |k| unlit(&rays[waiting[k]]));
+                let found = alphas(isa, material, &mut work);
+                for k in 0..count {
+                    answers[waiting[k]] = found[k];
+                }
+                count = 0;
+            }
+        }
+    }
+}
+
+/// Where rays that hit meet the material.
+pub(super) struct EnterBatch<'a, const INPUTS: usize, const WIDTH: usize> {
+    pub material: &'a Material,
+    pub rays: &'a [Incidence],
+    pub entries: &'a mut [Entry],
+}
+
+impl<const INPUTS: usize, const WIDTH: usize> Task for EnterBatch<'_, INPUTS, WIDTH> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { material, rays, entries } = self;
+        let mut work = Work::<INPUTS, WIDTH>::new();
+        for (rays, entries) in rays.chunks(BLOCK).zip(entries.chunks_mut(BLOCK)) {
+            work.fill(material, rays.len(), |k| unlit(&rays[k]));
+            let [us, vs] = hit_uvs(isa, material, &mut work);
+            for (k, (ray, entry)) in rays.iter().zip(entries).enumerate() {
+                let Incidence { uv, wo, kappa_hat } = *ray;
+                *entry = Entry { uv, wo, kappa_hat, hit_uv: Vec2::new(us[k], vs[k]) };
+            }
+        }
+    }
+}
+
+/// Colours of rays that have entered, each under its own light.
+pub(super) struct RgbBatch<'a, const INPUTS: usize, const WIDTH: usize> {
+    pub material: &'a Material,
+    pub entries: &'a [Entry],
+    pub wi: &'a [Vec3],
+    pub rgb: &'a mut [Vec3],
+}
+
+impl<const INPUTS: usize, const WIDTH: usize> Task for RgbBatch<'_, INPUTS, WIDTH> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { material, entries, wi, rgb } = self;
+        let mut work = Work::<INPUTS, WIDTH>::new();
+        let blocks = entries.chunks(BLOCK).zip(wi.chunks(BLOCK)).zip(rgb.chunks_mut(BLOCK));
+        for ((entries, wi), rgb) in blocks {
+            let query = |k: usize| {
+                let Entry { uv, wo, kappa_hat, .. } = entries[k];
+                Query { uv, wo, wi: wi[k], kappa_hat }
+            };
+            work.fill(material, entries.len(), query);
+            let mut hit_uv: [Row; 2] = [[0.0; BLOCK]; 2];
+            for (k, entry) in entries.iter().enumerate() {
+                (hit_uv[0][k], hit_uv[1][k]) = (entry.hit_uv.x, entry.hit_uv.y);
+            }
+            let [red, green, blue] = colours(isa, material, &mut work, &hit_uv);
+            for (k, rgb) in rgb.iter_mut().enumerate() {
+                *rgb = Vec3::new(red[k], green[k], blue[k]);
+            }
+        }
+    }
+}
+
+/// A query whose light does not matter.
+#[inline(always)]
+fn unlit(ray: &Incidence) -> Query {
+    Query { uv: ray.uv, wo: ray.wo, wi: Vec3::ZERO, kappa_hat: ray.kappa_hat }
+}
