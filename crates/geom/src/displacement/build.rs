@@ -98,39 +98,15 @@ pub fn displace(
     if predicted > options.most_triangles {
         return Err(DisplaceError::TooMany { predicted, limit: options.most_triangles });
     }
-    let pieces: Vec<Piece> =
-        (0..mesh.triangles().len()).into_par_iter().with_min_len(64).map(|t| base.piece(t)).collect();
-    let mut positions: Vec<Vec3> = (0..mesh.positions().len())
-        .map(|v| base.raised(base.positions[v], base.normals[v], base.z[v]))
-        .collect();
-    let mut uvs = base.uvs.to_vec();
-    let mut shared: HashMap<EdgeCut, u32> = HashMap::new();
-    let (mut triangles, mut sources, mut ends) = (Vec::new(), Vec::new(), Vec::with_capacity(pieces.len()));
-    for (source, piece) in pieces.into_iter().enumerate() {
-        let number: Vec<u32> = {
-            let mut add = |position, uv| {
-                positions.push(position);
-                uvs.push(uv);
-                index_u32(positions.len() - 1)
-            };
-            let number = |vertex: &Made| match *vertex {
-                Made::Base(v) => v,
-                Made::Inner { position, uv } => add(position, uv),
-                Made::Crossing { cut, position, uv } => {
-                    *shared.entry(cut).or_insert_with(|| add(position, uv))
-                }
-            };
-            piece.vertices.iter().map(number).collect()
-        };
-        // Where base and tile coincide, cuts are of no area, and their corners often equal to the bit.
-        let corners = piece.triangles.iter().map(|t| t.map(|i| number[i as usize]));
-        triangles.extend(corners.filter(|t| {
-            let [a, b, c] = t.map(|i| positions[i as usize]);
-            a != b && b != c && c != a
-        }));
-        sources.resize(triangles.len(), index_u32(source));
-        ends.push(triangles.len());
+    let mut joined = Joined::new(&base);
+    // In blocks, because loose pieces take several times the memory of the mesh.
+    let count = mesh.triangles().len();
+    for first in (0..count).step_by(BLOCK) {
+        let block = first..(first + BLOCK).min(count);
+        let pieces: Vec<Piece> = block.into_par_iter().with_min_len(64).map(|t| base.piece(t)).collect();
+        pieces.iter().for_each(|piece| joined.add(piece));
     }
+    let Joined { positions, uvs, triangles, sources, ends, .. } = joined;
     let end = |t: usize| t.checked_sub(1).map_or(0, |last| ends[last]);
     let part = |p: &Part| Part { triangles: end(p.triangles.start)..end(p.triangles.end), ..p.clone() };
     let parts = mesh.parts().iter().map(part).collect();
@@ -139,6 +115,58 @@ pub fn displace(
         Mesh::new(positions, triangles)?.with_uv_set(uvs)?.with_parts(parts, mesh.materials().to_vec())?;
     let normals = normals(&made);
     Ok(Displaced { mesh: made.with_normals(normals)?, sources, bow })
+}
+
+/// Base triangles that are cut at a time.
+const BLOCK: usize = 1 << 13;
+
+/// Pieces put together.
+struct Joined {
+    positions: Vec<Vec3>,
+    uvs: Vec<[f64; 2]>,
+    triangles: Vec<[u32; 3]>,
+    sources: Vec<u32>,
+    /// Number of triangles after each piece.
+    ends: Vec<usize>,
+    shared: HashMap<EdgeCut, u32>,
+}
+
+impl Joined {
+    /// Begins with the base's vertices.
+    fn new(base: &Base<'_>) -> Self {
+        let raised = |v: usize| base.raised(base.positions[v], base.normals[v], base.z[v]);
+        Self {
+            positions: (0..base.positions.len()).map(raised).collect(),
+            uvs: base.uvs.to_vec(),
+            triangles: Vec::new(),
+            sources: Vec::new(),
+            ends: Vec::new(),
+            shared: HashMap::new(),
+        }
+    }
+
+    fn add(&mut self, piece: &Piece) {
+        let Self { positions, uvs, shared, .. } = self;
+        let mut push = |position, uv| {
+            positions.push(position);
+            uvs.push(uv);
+            index_u32(positions.len() - 1)
+        };
+        let number = |vertex: &Made| match *vertex {
+            Made::Base(v) => v,
+            Made::Inner { position, uv } => push(position, uv),
+            Made::Crossing { cut, position, uv } => *shared.entry(cut).or_insert_with(|| push(position, uv)),
+        };
+        let number: Vec<u32> = piece.vertices.iter().map(number).collect();
+        // Where base and tile coincide, cuts are of no area, and their corners often equal to the bit.
+        let corners = piece.triangles.iter().map(|t| t.map(|i| number[i as usize]));
+        self.triangles.extend(corners.filter(|t| {
+            let [a, b, c] = t.map(|i| self.positions[i as usize]);
+            a != b && b != c && c != a
+        }));
+        self.sources.resize(self.triangles.len(), index_u32(self.ends.len()));
+        self.ends.push(self.triangles.len());
+    }
 }
 
 /// Weighted by area, so that the slivers that cuts leave do not count.

@@ -25,10 +25,14 @@ struct Entry {
 impl Bins {
     pub fn new(triangles: &[[Point; 3]]) -> Self {
         // Two triangles a bin.
-        let side = (0.5 * triangles.len() as f64).sqrt().clamp(1.0, 1024.0) as u32;
-        let mut bins =
-            Self { side: i64::from(side), starts: Vec::new(), entries: Vec::new(), lowest: Vec::new() };
-        let mut lists: Vec<Vec<Entry>> = vec![Vec::new(); (side * side) as usize];
+        let side = (triangles.len() / 2).isqrt().clamp(1, 1024);
+        let mut bins = Self {
+            side: i64::try_from(side).expect("at most 1024"),
+            starts: Vec::new(),
+            entries: Vec::new(),
+            lowest: Vec::new(),
+        };
+        let mut lists: Vec<Vec<Entry>> = vec![Vec::new(); side * side];
         for (triangle, corners) in triangles.iter().enumerate() {
             let [lower, upper] = bounds(corners).map(|p| p.map(|x| bins.bin(x)));
             bins.lowest.push(lower);

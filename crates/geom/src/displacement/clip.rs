@@ -24,11 +24,11 @@ pub(super) fn common(base: &[Point; 3], tile: &[Point; 3], out: &mut Vec<Cut>) {
     let next = |i: usize| (i + 1) % 3;
     // `inner[e][k]`: the tile's vertex k is inside the base's edge e; `within[k][e]`: the base's vertex e inside the tile's edge k.
     let inner = [0, 1, 2].map(|e| tile.map(|p| vertex_is_left(base[e], base[next(e)], p)));
-    if inner.iter().any(|side| *side == [false; 3]) {
+    if inner.contains(&[false; 3]) {
         return;
     }
     let within = [0, 1, 2].map(|k| base.map(|a| is_left_of_tile_edge(tile[k], tile[next(k)], a)));
-    if within.iter().any(|side| *side == [false; 3]) {
+    if within.contains(&[false; 3]) {
         return;
     }
     let base_inside = |e: usize| (0..3).all(|k| within[k][e]);
