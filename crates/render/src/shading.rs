@@ -1,12 +1,13 @@
 //! [`ShadingPoint`]: what the integrator knows about a hit.
 
 use glam::Vec3;
-use osculate_geom::rays::Hit;
+use osculate_geom::rays::{Hit, SurfacePoint};
 use osculate_sbtf::brdf::{Bsdf, BsdfParameters};
+use osculate_sbtf::micro::Reflectance;
 
 use crate::math::Frame;
 use crate::prepared::Prepared;
-use crate::scene::Material;
+use crate::scene::{Material, MicroPoint};
 
 /// A point on an object, seen from `wo`. Both sides of a triangle look alike.
 pub(crate) struct ShadingPoint<'a> {
@@ -18,6 +19,8 @@ pub(crate) struct ShadingPoint<'a> {
     pub wo: Vec3,
     pub uv: [f32; 2],
     pub material: &'a Material,
+    /// Of a microstructure's maps, in the place of the material's.
+    reflectance: Option<Reflectance>,
 }
 
 impl<'a> ShadingPoint<'a> {
@@ -25,8 +28,17 @@ impl<'a> ShadingPoint<'a> {
     pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Self {
         let triangle = hit.triangle as usize;
         let corners = scene.indices[triangle];
+        let material = &scene.materials[scene.material_of[triangle] as usize];
         let point = scene.bvh.surface_point(hit);
+        let uv = uv_at(scene, hit);
+        let micro = material.micro.as_ref().and_then(|micro| {
+            let (object, local) = scene.object_of(hit.triangle)?;
+            micro.at(&scene.objects[object].placement, local, uv, point.position)
+        });
         let geometric = if point.normal.dot(wo) < 0.0 { -point.normal } else { point.normal };
+        if let Some(micro) = micro {
+            return Self::on_micro(micro, &point, geometric, wo, uv, material);
+        }
         let [u, v, w] = hit.barycentrics;
         let normals = corners.map(|i| scene.normals[i as usize]);
         let blended = u * normals[0] + v * normals[1] + w * normals[2];
@@ -44,20 +56,56 @@ impl<'a> ShadingPoint<'a> {
             origin: point.offset_by(geometric, lifted),
             frame,
             wo: frame.local_from_world(wo),
-            uv: scene.uvs.get(corners[0] as usize).map_or([0.0; 2], |_| {
-                let [a, b, c] = corners.map(|i| scene.uvs[i as usize]);
-                [u * a[0] + v * b[0] + w * c[0], u * a[1] + v * b[1] + w * c[1]]
-            }),
-            material: &scene.materials[scene.material_of[triangle] as usize],
+            uv,
+            material,
+            reflectance: None,
         }
+    }
+
+    /// On the triangles of a microstructure, with its normal; `geometric` is on the viewer's side.
+    fn on_micro(
+        micro: MicroPoint,
+        point: &SurfacePoint,
+        geometric: Vec3,
+        wo: Vec3,
+        uv: [f32; 2],
+        material: &'a Material,
+    ) -> Self {
+        let smooth = if micro.normal.dot(geometric) < 0.0 { -micro.normal } else { micro.normal };
+        let frame = Frame::new(facing_viewer(smooth, wo));
+        let origin = point.offset_by(geometric, micro.position);
+        let reflectance = Some(micro.reflectance);
+        Self { origin, frame, wo: frame.local_from_world(wo), uv, material, reflectance }
     }
 
     pub(crate) fn bsdf(&self, scene: &Prepared, base_color: Vec3) -> Bsdf {
         let m = self.material;
-        let parameters =
-            BsdfParameters { base_color, metallic: m.metallic, roughness: m.roughness, specular: m.specular };
+        let parameters = match self.reflectance {
+            Some(r) => BsdfParameters {
+                base_color: r.albedo,
+                metallic: r.metalness,
+                roughness: r.roughness,
+                specular: m.specular,
+            },
+            None => BsdfParameters {
+                base_color,
+                metallic: m.metallic,
+                roughness: m.roughness,
+                specular: m.specular,
+            },
+        };
         Bsdf::new(&parameters, &scene.energy)
     }
+}
+
+/// UV set 0 at a hit; zero if no object has any.
+fn uv_at(scene: &Prepared, hit: &Hit) -> [f32; 2] {
+    let corners = scene.indices[hit.triangle as usize];
+    let [u, v, w] = hit.barycentrics;
+    scene.uvs.get(corners[0] as usize).map_or([0.0; 2], |_| {
+        let [a, b, c] = corners.map(|i| scene.uvs[i as usize]);
+        [u * a[0] + v * b[0] + w * c[0], u * a[1] + v * b[1] + w * c[1]]
+    })
 }
 
 /// Bends a shading normal that faces away from the viewer back to just facing it.

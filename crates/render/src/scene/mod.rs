@@ -3,6 +3,8 @@
 mod build;
 mod checker;
 mod file;
+mod form;
+mod micro_surface;
 mod preview;
 mod silhouette;
 mod silhouette_section;
@@ -17,6 +19,9 @@ use osculate_geom::field::FilterKind;
 pub use file::{
     CurvatureSection, LoadRequest, LoadedMesh, MeshLoader, MeshSource, SceneFile, SceneFileError, Shell,
 };
+pub use form::MaterialForm;
+pub(crate) use micro_surface::MicroPoint;
+pub use micro_surface::{LayError, Laying, MicroSurface};
 pub use preview::PreviewOptions;
 pub use silhouette::{QueryForm, SilhouetteMaterial};
 
@@ -153,6 +158,8 @@ pub struct Material {
     pub opacity: f32,
     /// A material with silhouettes, which takes the place of all of the above.
     pub silhouette: Option<SilhouetteMaterial>,
+    /// A microstructure on triangles, whose maps take the place of colour, metalness and roughness.
+    pub micro: Option<MicroSurface>,
 }
 
 impl Default for Material {
@@ -167,6 +174,7 @@ impl Default for Material {
             specular: 0.5,
             opacity: 1.0,
             silhouette: None,
+            micro: None,
         }
     }
 }
