@@ -20,11 +20,13 @@
 //! | [`inspect`] | what a mesh and its curvature are, in numbers |
 //! | [`mod@reference`] | recorded libigl output and closed forms, and the comparison with them |
 //! | [`shapes`] | parametric surfaces for tests, studies and scenes; irregular ones of known curvature |
+//! | [`displacement`] | height fields laid over a mesh as real triangles |
 //! | [`rays`] | watertight ray tracing against triangles, in `f32` |
 
 mod atomic;
 pub mod bake;
 pub mod curvature;
+pub mod displacement;
 pub mod field;
 pub mod inspect;
 pub mod io;

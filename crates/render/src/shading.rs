@@ -1,12 +1,13 @@
 //! [`ShadingPoint`]: what the integrator knows about a hit.
 
 use glam::Vec3;
-use osculate_geom::rays::Hit;
+use osculate_geom::rays::{Hit, SurfacePoint};
 use osculate_sbtf::brdf::{Bsdf, BsdfParameters};
+use osculate_sbtf::micro::Reflectance;
 
 use crate::math::Frame;
 use crate::prepared::{Facet, Prepared};
-use crate::scene::Material;
+use crate::scene::{Material, MicroPoint};
 
 /// A point on an object, seen from `wo`. Both sides of a triangle look alike.
 pub(crate) struct ShadingPoint<'a> {
@@ -18,14 +19,25 @@ pub(crate) struct ShadingPoint<'a> {
     pub wo: Vec3,
     pub uv: [f32; 2],
     pub material: &'a Material,
+    /// Of a microstructure's maps, in the place of the material's.
+    reflectance: Option<Reflectance>,
 }
 
 impl<'a> ShadingPoint<'a> {
     /// `wo` is the unit direction to the viewer; the triangle must belong to an object.
     pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Self {
-        let Facet { corners, normals, uvs } = scene.facet(hit.triangle);
+        let facet @ Facet { corners, normals, .. } = scene.facet(hit.triangle);
+        let material = scene.material_of(hit.triangle).expect("a triangle of an object");
         let point = scene.geometry.surface_point(hit);
+        let uv = facet.uv_at(hit.barycentrics);
+        let micro = material.micro.as_ref().and_then(|micro| {
+            let (object, local) = scene.object_of(hit.triangle)?;
+            micro.at(&scene.objects[object].placement, local, uv, point.position)
+        });
         let geometric = if point.normal.dot(wo) < 0.0 { -point.normal } else { point.normal };
+        if let Some(micro) = micro {
+            return Self::on_micro(micro, &point, geometric, wo, uv, material);
+        }
         let [u, v, w] = hit.barycentrics;
         let blended = u * normals[0] + v * normals[1] + w * normals[2];
         let side = if blended.dot(geometric) < 0.0 { -1.0 } else { 1.0 };
@@ -37,17 +49,44 @@ impl<'a> ShadingPoint<'a> {
             origin: point.offset_by(geometric, lifted),
             frame,
             wo: frame.local_from_world(wo),
-            uv: uvs.map_or([0.0; 2], |[a, b, c]| {
-                [u * a[0] + v * b[0] + w * c[0], u * a[1] + v * b[1] + w * c[1]]
-            }),
-            material: scene.material_of(hit.triangle).expect("a triangle of an object"),
+            uv,
+            material,
+            reflectance: None,
         }
+    }
+
+    /// On the triangles of a microstructure, with its normal; `geometric` is on the viewer's side.
+    fn on_micro(
+        micro: MicroPoint,
+        point: &SurfacePoint,
+        geometric: Vec3,
+        wo: Vec3,
+        uv: [f32; 2],
+        material: &'a Material,
+    ) -> Self {
+        let smooth = if micro.normal.dot(geometric) < 0.0 { -micro.normal } else { micro.normal };
+        let frame = Frame::new(facing_viewer(smooth, wo));
+        let origin = point.offset_by(geometric, micro.position);
+        let reflectance = Some(micro.reflectance);
+        Self { origin, frame, wo: frame.local_from_world(wo), uv, material, reflectance }
     }
 
     pub(crate) fn bsdf(&self, scene: &Prepared, base_color: Vec3) -> Bsdf {
         let m = self.material;
-        let parameters =
-            BsdfParameters { base_color, metallic: m.metallic, roughness: m.roughness, specular: m.specular };
+        let parameters = match self.reflectance {
+            Some(r) => BsdfParameters {
+                base_color: r.albedo,
+                metallic: r.metalness,
+                roughness: r.roughness,
+                specular: m.specular,
+            },
+            None => BsdfParameters {
+                base_color,
+                metallic: m.metallic,
+                roughness: m.roughness,
+                specular: m.specular,
+            },
+        };
         Bsdf::new(&parameters, &scene.energy)
     }
 }

@@ -28,6 +28,7 @@
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
 //! | [`oracle`] | exact answers to queries, by tracing |
+//! | [`march`] | height fields without a network: a fixed number of steps |
 //! | [`model`] | architectures and parameters of the networks; what a model answers |
 //! | [`train`] | from samples to a model |
 //! | [`infer`] | models compiled for speed: single queries, batches, several lights at one hit |
@@ -42,6 +43,7 @@ pub mod colour;
 pub mod evaluate;
 pub mod file;
 pub mod infer;
+pub mod march;
 pub mod micro;
 pub mod model;
 pub mod oracle;

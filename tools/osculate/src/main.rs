@@ -9,6 +9,7 @@
 //! | `field` | what the renderer asks about curvature along a ray |
 //! | `input`, `output` | files in, files out, and the checks before any work |
 //! | `neural/` | what the commands about neural materials share |
+//! | `protocol/` | the paper's table: materials on curved meshes against displaced truth |
 //! | `console` | what a person sees: lines, warnings, progress |
 //! | `report` | what a program sees: `--json` |
 //! | `study` | error against time: what `study` measures, plots and writes |
@@ -23,6 +24,7 @@ mod input;
 mod model_report;
 mod neural;
 mod output;
+mod protocol;
 mod report;
 mod study;
 

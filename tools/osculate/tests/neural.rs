@@ -76,6 +76,40 @@ fn a_quick_study_shows_what_each_knob_buys() {
     assert!(page.contains("<svg") && page.contains("study material shell -o out --quick"));
 }
 
+/// A flat square, where exact queries have no error: all that differs is what a form leaves out.
+#[test]
+fn one_word_changes_what_stands_for_a_microstructure() {
+    let w = Workspace::new();
+    w.write(
+        "square.obj",
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n",
+    );
+    let scene = |micro: &str| {
+        format!(
+            "[image]\nwidth = 48\nheight = 48\n[camera]\nposition = [0.5, -0.8, 2.0]\ntarget = [0.0, 0.0, 0.0]\nfov_y = 16.0\n\
+             [[mesh]]\nfile = 'square.obj'\nmaterial = 'm'\n[material.m]\nmicro = '{micro}'\ntiles = [2.0, 2.0]\ntile_size = 1.0\n\
+             [[light]]\ntype = 'directional'\ndirection = [-0.7, -0.2, -0.5]\nirradiance = [2.0, 2.0, 2.0]\n"
+        )
+    };
+    w.write("scene.toml", &scene("shell"));
+    let mean = |form: &str| {
+        w.ok(&format!("render scene.toml -o {form}.png --spp 16 --as {form}"));
+        let picture = image::load_from_memory(&w.read(&format!("{form}.png"))).unwrap().into_rgb8();
+        picture.iter().map(|&x| f64::from(x)).sum::<f64>() / picture.len() as f64
+    };
+    let [displaced, oracle, march, flat] = ["displaced", "oracle", "march", "flat"].map(mean);
+    // Four bounces for eight.
+    assert!((oracle / displaced - 1.0).abs() < 0.02, "{oracle} {displaced}");
+    // Without light from rib to rib it is darker, and flat ribs hide nothing of the dark between them.
+    assert!(march < 0.95 * displaced && march > 0.8 * displaced, "{march} {displaced}");
+    assert!(flat < 0.98 * march, "{flat} {march}");
+    w.refuses("render scene.toml -o a.png --as neumip", &["scene.toml: material.m.as = neumip", "baseline"]);
+    w.refuses("render scene.toml -o a.png --as round", &["round", "displaced"]);
+    w.refuses("render square.obj -o a.png --as flat", &["square.obj", "--as flat"]);
+    w.write("weave.toml", &scene("basket-weave"));
+    w.refuses("render weave.toml -o a.png --as displaced", &["basket-weave is a see-through mesh"]);
+}
+
 #[test]
 fn what_does_not_fit_is_one_message() {
     let w = Workspace::new();
@@ -89,6 +123,9 @@ fn what_does_not_fit_is_one_message() {
         ("train basket-weave -o a.sbtf --head silhouette", "--head silhouette"),
         ("train shell -o a.sbtf --form neumip --head direct", "--head"),
         ("eval bad.sbtf", "bad.sbtf"),
+        ("eval bad.sbtf --scenes torus", "bad.sbtf"),
+        ("eval bad.sbtf --scenes torus --sheet a.png", "--sheet"),
+        ("eval bad.sbtf --baseline bad.sbtf", "--scenes"),
         ("eval none.sbtf", "none.sbtf"),
     ] {
         w.refuses(args, &[part]);

@@ -10,10 +10,11 @@ use osculate_geom::reference::Shape;
 
 use super::checker::Checker;
 use super::file::{
-    LightSection, LoadRequest, LoadedMesh, MeshLoader, MeshSection, MeshSource, SceneFile, SceneFileError,
+    LightSection, LoadRequest, LoadedMesh, MaterialSection, MeshLoader, MeshSection, MeshSource, SceneFile,
+    SceneFileError,
 };
 use super::instances::{spread, turned};
-use super::silhouette_section::SilhouetteChoice;
+use super::silhouette_section::Choice;
 use super::{Material, MeshInstance, Placement, PreviewOptions, QueryForm, Role, Scene, SurfaceSource};
 use crate::camera::Camera;
 use crate::lights::{Environment, Light, RectangleLight};
@@ -54,7 +55,7 @@ impl SceneFile {
             fov_y: self.camera.fov_y.to_radians(),
         };
         let mut scene = Scene::preview(objects, &preview);
-        let asks = self.material.values().any(|m| m.model.is_some() || m.oracle.is_some());
+        let asks = self.material.values().any(MaterialSection::asks);
         scene.filter = self.filter(asks);
         scene.exposure = check.finite("image.exposure", self.image.exposure)?;
         if !self.light.is_empty() || self.environment.is_some() {
@@ -124,9 +125,10 @@ impl SceneFile {
                 specular: check.range(&key("specular"), section.specular, 0.0, 1.0)?,
                 opacity: check.range(&key("opacity"), section.opacity, 0.0, 1.0)?,
                 silhouette: None,
+                micro: None,
             };
-            let silhouette = section.silhouette(check, name)?;
-            materials.insert(name.as_str(), SceneMaterial { material, silhouette });
+            let micro = section.micro(check, name)?;
+            materials.insert(name.as_str(), SceneMaterial { material, micro });
         }
         Ok(materials)
     }
@@ -156,26 +158,22 @@ impl SceneFile {
             scale,
             translation: check.point(&key("translate"), section.translate)?,
         };
-        let silhouette = chosen.and_then(|m| m.silhouette.as_ref());
-        let shell = silhouette.map(|s| s.shell(scale));
-        let filter = self.filter(silhouette.is_some());
-        let loaded = load_mesh(check, index, section, load, |source| LoadRequest { source, shell, filter })?;
+        let shell = chosen.and_then(|m| m.micro.as_ref()).and_then(|choice| choice.shell(scale));
+        let filter = self.filter(shell.is_some());
+        let mut loaded =
+            load_mesh(check, index, section, load, |source| LoadRequest { source, shell, filter })?;
         let surface = match chosen {
             None => SurfaceSource::Mesh,
-            Some(SceneMaterial { material, silhouette }) => {
-                let silhouette = silhouette
-                    .as_ref()
-                    .map(|s| {
-                        s.on_mesh(&loaded.mesh, scale, self.curvature.query).ok_or_else(|| {
-                            check.error(
-                                &key("material"),
-                                &material.name,
-                                "has tiles, and the mesh has no UV for them",
-                            )
-                        })
-                    })
-                    .transpose()?;
-                SurfaceSource::Material(Material { silhouette, ..material.clone() })
+            Some(SceneMaterial { material, micro: None }) => SurfaceSource::Material(material.clone()),
+            Some(SceneMaterial { material, micro: Some(choice) }) => {
+                let made = choice.on_mesh(loaded.mesh.clone(), scale, self.curvature.query, material.clone());
+                let (mesh, material) =
+                    made.map_err(|problem| check.error(&key("material"), &material.name, problem))?;
+                if !Arc::ptr_eq(&mesh, &loaded.mesh) {
+                    // Curvature belongs to the mesh that was read.
+                    loaded = LoadedMesh { mesh, curvature: None, field: None };
+                }
+                SurfaceSource::Material(material)
             }
         };
         let role = if section.backdrop { Role::Backdrop } else { Role::Subject };
@@ -241,7 +239,7 @@ impl SceneFile {
 /// A material of a scene file, before it is known which mesh it goes on.
 struct SceneMaterial {
     material: Material,
-    silhouette: Option<SilhouetteChoice>,
+    micro: Option<Choice>,
 }
 
 fn load_mesh(

@@ -12,7 +12,7 @@ use osculate_geom::reference::Shape;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{DirectionalCurvature, InstancesSection, Material, QueryForm};
+use super::{DirectionalCurvature, InstancesSection, Laying, Material, MaterialForm, QueryForm};
 
 /// A scene file as it is written. Paths are relative to the file. Angles are in degrees, lengths in world units, colours
 /// linear RGB. Sections that are left out take what the preview has: its camera and, without lights and environment, its studio.
@@ -154,15 +154,28 @@ pub struct MaterialSection {
     pub specular: f32,
     /// Default: 1.
     pub opacity: f32,
-    /// A trained material (`.sbtf`), which takes the place of all of the above.
+    /// What stands for a microstructure: `neural`, `oracle`, `displaced`, `march`, `neumip` or `flat`; see [`MaterialForm`]. Takes the
+    /// place of all of the above. Default: `neural` with a `model`, `neumip` with a `baseline`, `oracle` with a `micro`.
+    #[serde(rename = "as")]
+    pub form: Option<MaterialForm>,
+    /// A trained material (`.sbtf`).
     pub model: Option<PathBuf>,
-    /// Instead of a model: a microstructure, by name or `.toml`, that every query traces.
+    /// A trained material without curvature and silhouettes (`.sbtf`), for `neumip`.
+    pub baseline: Option<PathBuf>,
+    /// A microstructure, by name or `.toml`, for all forms that are not trained; `micro` is the same key. Default: what the model
+    /// was trained on.
+    #[serde(alias = "micro")]
     pub oracle: Option<String>,
     /// Paths per query of `oracle`. Default: 4.
     pub oracle_samples: u32,
-    /// Depth of `oracle` in tiles. Default: the microstructure's own.
+    /// Depth of the microstructure in tiles; `micro_depth` is the same key. Default: its own, or that of the model.
+    #[serde(alias = "micro_depth")]
     pub oracle_depth: Option<f32>,
-    /// Tiles of a model or oracle per UV unit, along u and v. Default: 1 and 1.
+    /// Steps of a ray of `march`. Default: 64.
+    pub march_steps: u32,
+    /// Largest error of the triangles of `displaced`, in depths. Default: 0.005.
+    pub tolerance: f32,
+    /// Tiles of the microstructure per UV unit, along u and v. Default: 1 and 1.
     pub tiles: [f32; 2],
     /// World length of a tile, which fixes how deep the material is. Default: what a tile measures on the mesh on average.
     pub tile_size: Option<f32>,
@@ -178,10 +191,14 @@ impl Default for MaterialSection {
             roughness: m.roughness,
             specular: m.specular,
             opacity: m.opacity,
+            form: None,
             model: None,
+            baseline: None,
             oracle: None,
             oracle_samples: 4,
             oracle_depth: None,
+            march_steps: 64,
+            tolerance: Laying::new([1.0; 2], 1.0).tolerance,
             tiles: [1.0; 2],
             tile_size: None,
         }

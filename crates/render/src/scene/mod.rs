@@ -4,6 +4,8 @@ mod build;
 mod checker;
 mod file;
 mod instances;
+mod form;
+mod micro_surface;
 mod preview;
 mod silhouette;
 mod silhouette_section;
@@ -19,6 +21,9 @@ pub use file::{
     CurvatureSection, LoadRequest, LoadedMesh, MeshLoader, MeshSource, SceneFile, SceneFileError, Shell,
 };
 pub use instances::{GridSection, InstanceSection, InstancesSection, ScaleSection};
+pub use form::MaterialForm;
+pub(crate) use micro_surface::MicroPoint;
+pub use micro_surface::{LayError, Laying, MicroSurface};
 pub use preview::PreviewOptions;
 pub use silhouette::{QueryForm, SilhouetteMaterial};
 
@@ -165,6 +170,8 @@ pub struct Material {
     pub opacity: f32,
     /// A material with silhouettes, which takes the place of all of the above.
     pub silhouette: Option<SilhouetteMaterial>,
+    /// A microstructure on triangles, whose maps take the place of colour, metalness and roughness.
+    pub micro: Option<MicroSurface>,
 }
 
 impl Default for Material {
@@ -179,6 +186,7 @@ impl Default for Material {
             specular: 0.5,
             opacity: 1.0,
             silhouette: None,
+            micro: None,
         }
     }
 }

@@ -25,6 +25,8 @@ pub(crate) struct BentField<'a> {
     /// Direction across the axis in UV.
     across: DVec2,
     light: DVec3,
+    /// Even steps of a ray, instead of as many as it takes.
+    steps: Option<u32>,
 }
 
 /// A half line.
@@ -56,10 +58,15 @@ impl<'a> BentField<'a> {
         let shell = Shell { bend: Bend { kappa: f64::from(kappa) }, low: low - slack, high: high + slack };
         let inside = DVec2::from(uv) - DVec2::from(uv).floor();
         let uv = if inside.is_finite() { inside } else { DVec2::ZERO };
-        let mut field = Self { heights, shading, shell, uv, across, light: DVec3::Z };
+        let mut field = Self { heights, shading, shell, uv, across, light: DVec3::Z, steps: None };
         field.light = field.patch_from_uv(wi.as_dvec3());
         let ray = FieldRay { origin: DVec3::ZERO, direction: -field.patch_from_uv(wo.as_dvec3()) };
         (field, ray)
+    }
+
+    /// The same, for rays that take this many even steps through the layer and see nothing in between.
+    pub fn with_steps(self, steps: u32) -> Self {
+        Self { steps: Some(steps), ..self }
     }
 
     fn patch_from_uv(&self, p: DVec3) -> DVec3 {
@@ -85,6 +92,11 @@ impl<'a> BentField<'a> {
             return Found::At(0.0);
         }
         let Some([start, end]) = self.shell.span(ray.origin, ray.direction) else { return Found::Left };
+        if let Some(steps) = self.steps {
+            let stop = end.min(start + LONGEST);
+            let hit = self.search(ray, start, stop, (stop - start) / f64::from(steps));
+            return hit.map_or(Found::Left, Found::At);
+        }
         // Feet move faster than the point where the layer is bent together below.
         let core = self.shell.bend.core(self.shell.low).min(self.shell.bend.core(self.shell.high)).min(1.0);
         let speed = ray.direction.x.hypot(ray.direction.z) / core.max(0.02) + ray.direction.y.abs();

@@ -55,7 +55,7 @@ pub struct TileSurface {
 
 /// A height field with the normals that it is shaded with.
 #[derive(Debug)]
-pub(crate) struct FieldShading {
+pub struct FieldShading {
     field: HeightField,
     /// `None` where triangles have their own.
     normals: Option<Grid<Vec3>>,
@@ -69,7 +69,8 @@ enum ShadingSource {
 
 /// How a point of the surface is shaded.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TilePoint {
+pub struct TilePoint {
+    /// What it reflects with.
     pub reflectance: Reflectance,
     /// Normal in `(u, v, z)`, of any length; zero for the triangle's own.
     pub normal: Vec3,
@@ -188,11 +189,15 @@ fn longest_edge(options: &TileOptions, depth: f32) -> f32 {
 }
 
 impl FieldShading {
+    /// Works out the normals, if they are to be smooth.
+    #[must_use]
     pub fn new(field: &HeightField, shading: Shading) -> Self {
         let normals = (shading == Shading::Smooth).then(|| field_normals(field));
         Self { field: field.clone(), normals }
     }
 
+    /// The heights.
+    #[must_use]
     pub fn field(&self) -> &HeightField {
         &self.field
     }
@@ -203,6 +208,7 @@ impl FieldShading {
     }
 
     /// Shading of the surface's point at these texture coordinates.
+    #[must_use]
     pub fn point(&self, uv: Vec2) -> TilePoint {
         TilePoint {
             reflectance: self.field.maps().reflectance(uv),

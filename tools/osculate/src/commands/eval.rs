@@ -16,6 +16,7 @@ use osculate_sbtf::oracle::{Oracle, OracleOptions};
 use serde::Serialize;
 
 use crate::cli::Outcome;
+use crate::commands::eval_scenes::{self, SceneArgs};
 use crate::console::{Console, number};
 use crate::neural::load_micro;
 use crate::neural::score::{AppearanceScore, appearance_scores};
@@ -45,16 +46,19 @@ pub struct EvalArgs {
     /// Write a sheet of pictures: exact, then each model's, a row for each viewer and light
     #[arg(long, value_name = "FILE.png", conflicts_with = "silhouettes_only")]
     sheet: Option<PathBuf>,
-    /// End with exit code 1 unless the first model leaves at most this share of the silhouette's error
+    /// End with exit code 1 unless the first model, with --scenes every one, leaves at most this share of the silhouette's error
     #[arg(long, value_name = "SHARE")]
     require: Option<f64>,
+    #[command(flatten)]
+    scenes: SceneArgs,
 }
 
 const EXAMPLES: &str = "\
 Examples:
   osculate eval stone.sbtf                              how much of the silhouette's error is left, PSNR and FLIP
   osculate eval stone.sbtf neumip.sbtf --sheet s.png    two models side by side, with pictures
-  osculate eval mine.sbtf --micro mine.toml             a microstructure of your own";
+  osculate eval mine.sbtf --micro mine.toml             a microstructure of your own
+  osculate eval stone.sbtf wool.sbtf --scenes torus -o out    on a torus against displaced truth, with pictures";
 
 #[derive(Serialize)]
 struct Report {
@@ -74,6 +78,13 @@ struct ModelReport {
 
 /// Runs the command.
 pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
+    if !args.scenes.scenes.is_empty() {
+        if args.micro.is_some() || args.sheet.is_some() {
+            bail!("--micro and --sheet are for comparisons on cylinders; leave them out, or --scenes");
+        }
+        let spp = if args.silhouettes_only { 0 } else { args.spp };
+        return eval_scenes::run(&args.scenes, &args.models, spp, args.require, console, reporter);
+    }
     if let Some(path) = &args.sheet {
         output::check(path)?;
     }
@@ -121,16 +132,30 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
 
 /// The microstructure that the models stand for; refuses models of another one.
 fn microstructure(args: &EvalArgs, files: &[ModelFile], console: &Console) -> Result<Microstructure> {
+    named_microstructure(args.micro.as_ref(), &args.models, files, console)
+}
+
+/// The microstructure that a model stands for.
+pub fn microstructure_of(path: &Path, file: &ModelFile, console: &Console) -> Result<Microstructure> {
+    named_microstructure(None, &[path.to_owned()], std::slice::from_ref(file), console)
+}
+
+fn named_microstructure(
+    given: Option<&String>,
+    models: &[PathBuf],
+    files: &[ModelFile],
+    console: &Console,
+) -> Result<Microstructure> {
     let sources: Vec<_> = files.iter().map(|file| file.provenance.microstructure.as_ref()).collect();
-    let name = match (&args.micro, sources[0]) {
+    let name = match (given, sources[0]) {
         (Some(name), _) => name.clone(),
         (None, Some(source)) => source.name.clone(),
         (None, None) => {
-            bail!("{}: does not say what it was trained on; give --micro", args.models[0].display())
+            bail!("{}: does not say what it was trained on; give --micro", models[0].display())
         }
     };
-    let mut micro = load_micro(&name, console)
-        .with_context(|| format!("{}: its microstructure", args.models[0].display()))?;
+    let mut micro =
+        load_micro(&name, console).with_context(|| format!("{}: its microstructure", models[0].display()))?;
     // Trained with --depth. A mesh has one depth; if it is another, the hash tells.
     if let Some(depth) =
         sources[0].map(|source| source.depth).filter(|&depth| depth != micro.geometry.depth())
@@ -139,7 +164,7 @@ fn microstructure(args: &EvalArgs, files: &[ModelFile], console: &Console) -> Re
         micro = deeper;
     }
     let hash = micro.hash();
-    for (path, source) in args.models.iter().zip(sources) {
+    for (path, source) in models.iter().zip(sources) {
         if let Some(source) = source.filter(|source| source.sha256 != hash) {
             return Err(another(path, &source.name, &name));
         }

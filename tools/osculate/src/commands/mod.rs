@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod demo;
 pub mod eval;
+pub mod eval_scenes;
 pub mod inspect;
 pub mod micro;
 pub mod render;

@@ -17,7 +17,7 @@ use osculate_geom::shapes;
 use osculate_render::aov::{Aov, aovs};
 use osculate_render::false_colour::{Quantity, curvature_picture};
 use osculate_render::output::{ExrLayer, write_exr, write_png};
-use osculate_render::scene::{LoadRequest, LoadedMesh, MeshSource, PreviewOptions, SceneFile};
+use osculate_render::scene::{LoadRequest, LoadedMesh, MaterialForm, MeshSource, PreviewOptions, SceneFile};
 use osculate_render::{
     Counters, EffectPlan, MeshInstance, RenderOptions, Rendering, Scene, StopRule, picture, plan, render,
 };
@@ -64,6 +64,9 @@ pub struct RenderArgs {
     /// Width and height in pixels [default: the scene's, for a mesh 960x720]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
+    /// What stands for every microstructure of the scene: neural, oracle, displaced, march, neumip or flat [default: the scene's]
+    #[arg(long = "as", value_name = "WORD", value_parser = form)]
+    form: Option<MaterialForm>,
     /// Layers or quantities instead of the colours, separated by commas
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     aov: Vec<String>,
@@ -86,6 +89,11 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |word: &str| word.parse().ok().filter(|n| (1..=32768).contains(n));
     let sides = text.split_once('x').and_then(|(w, h)| Some([side(w)?, side(h)?]));
     sides.ok_or_else(|| "write WIDTHxHEIGHT, each from 1 to 32768".to_owned())
+}
+
+fn form(text: &str) -> Result<MaterialForm, String> {
+    let known = MaterialForm::ALL.map(MaterialForm::name).join(", ");
+    MaterialForm::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("not one of {known}"))
 }
 
 #[derive(Serialize)]
@@ -217,6 +225,13 @@ fn stop_rule(args: &RenderArgs) -> StopRule {
 
 fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scene> {
     let path = &args.input;
+    if let Some(form) = args.form.filter(|_| output::extension(path) != "toml") {
+        bail!(
+            "{}: is no scene, so that --as {} has nothing to change; leave it out",
+            path.display(),
+            form.name()
+        );
+    }
     if output::extension(path) != "toml" {
         let (filter, walk) =
             (args.filter.map_or_else(FilterKind::default, FilterKind::from), args.length.walk());
@@ -232,6 +247,13 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
     let mut file = SceneFile::parse(&text, &shown)?;
     if let Some([width, height]) = args.size {
         (file.image.width, file.image.height) = (width, height);
+    }
+    if let Some(form) = args.form {
+        let mut named = file.material.values_mut().filter(|m| m.micro_form().is_some()).peekable();
+        if named.peek().is_none() {
+            bail!("{shown}: has no material from a microstructure; leave out --as {}", form.name());
+        }
+        named.for_each(|material| material.form = Some(form));
     }
     // The arguments come before the scene file.
     file.curvature.filter = args.filter.map(FilterKind::from).or(file.curvature.filter);

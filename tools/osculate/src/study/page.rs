@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use base64::Engine as _;
+
 use super::plot::escape;
 
 /// A page.
@@ -39,6 +41,13 @@ pub enum Block {
     Plot {
         /// As [`Plot::svg`](super::plot::Plot::svg) returns it.
         svg: String,
+        /// What to see in it.
+        caption: String,
+    },
+    /// A picture, as the bytes of a PNG, and what it shows.
+    Picture {
+        /// The file.
+        png: Vec<u8>,
         /// What to see in it.
         caption: String,
     },
@@ -160,6 +169,15 @@ fn write_block(block: &Block, out: &mut String) {
         }
         Block::Plot { svg, caption } => {
             writeln!(out, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", inline(caption))
+        }
+        Block::Picture { png, caption } => {
+            let data = base64::engine::general_purpose::STANDARD.encode(png);
+            let caption = inline(caption);
+            // Not scaled, so that pixels can be looked at.
+            writeln!(
+                out,
+                "<figure class=\"wide\">\n<img alt=\"{caption}\" src=\"data:image/png;base64,{data}\">\n<figcaption>{caption}</figcaption>\n</figure>"
+            )
         }
         Block::Details { summary, blocks } => {
             let _ = writeln!(out, "<details>\n<summary>{}</summary>", inline(summary));

@@ -1,0 +1,236 @@
+//! What came of it: lines for a person, and a page with pictures.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use glam::Vec3;
+use osculate_render::output::png_bytes;
+use osculate_render::scene::QueryForm;
+use osculate_render::{Mask, Picture, picture};
+
+use super::pictures::Shown;
+use super::silhouettes::{MaskSet, SilhouetteRow};
+use super::subject::Subject;
+use crate::commands::eval_scenes::{Comparison, Split};
+use crate::console::Console;
+use crate::study::page::{Block, Page, Section, Table};
+use crate::study::run::processor;
+
+/// Pixels between pictures.
+const GAP: usize = 6;
+
+/// Prints the tables.
+pub fn print(results: &[Comparison], console: &Console) {
+    for result in results {
+        console.result(format_args!("{} on {}, depth {}", result.material, result.scene, result.depth));
+        console.result(
+            "  form    query  curvature    IoU      band     left     10      35      60 deg   seconds",
+        );
+        for row in &result.silhouettes {
+            console.result(format_args!(
+                "  {:<7} {:<6} {:<9}  {:.5}  {:.5}  {:>6.3}  {}   {:>6.2}",
+                row.form,
+                query_name(row.query),
+                if row.exact_curvature { "exact" } else { "mesh" },
+                row.iou,
+                row.band_iou,
+                row.left,
+                row.left_by_camera.iter().map(|l| format!("{l:>6.3}")).collect::<Vec<_>>().join("  "),
+                row.seconds,
+            ));
+        }
+        console.result(format_args!("  split   {}", split_words(&result.split)));
+        if !result.pictures.is_empty() {
+            console.result("  form        PSNR     SSIM     FLIP    tracing   prepared   triangles   geometry   material");
+        }
+        for p in &result.pictures {
+            console.result(format_args!(
+                "  {:<10} {:>5.2}   {:.4}   {:.4}   {:>6.2} s   {:>6.2} s   {:>9}   {:>5.1} MB   {:>5.1} MB",
+                p.form,
+                p.psnr,
+                p.ssim,
+                p.flip,
+                p.tracing_seconds,
+                p.preparation_seconds,
+                p.cost.triangles,
+                p.cost.geometry_bytes as f64 / 1e6,
+                p.material_bytes as f64 / 1e6,
+            ));
+        }
+    }
+}
+
+fn split_words(split: &Split) -> String {
+    let mut words = format!("query and form {:.3}, fit {:+.3}", split.form, split.fit);
+    if let Some(curvature) = split.curvature {
+        let _ = write!(words, ", curvature {curvature:+.3}");
+    }
+    words
+}
+
+fn query_name(query: Option<QueryForm>) -> &'static str {
+    match query {
+        None => "-",
+        Some(QueryForm::Paper) => "paper",
+        Some(QueryForm::Chord) => "chord",
+    }
+}
+
+/// The page: the table of all materials, then pictures of each.
+pub fn page(results: &[Comparison], pictures: &[Vec<(String, Picture)>], command: &str) -> Result<String> {
+    let mut sections = vec![Section {
+        title: "Silhouettes".into(),
+        blocks: vec![
+            Block::Text("`left` is the share of the opaque mesh's error that remains, (1 - IoU) / (1 - IoU of the base), over all cameras together. `band` is the IoU among the samples between the mesh and the lowest height. The oracle traces every query exactly: what it leaves is what the query and the model's form cost, and the model's difference to it is the fit.".into()),
+            Block::Table(silhouette_table(results)),
+        ],
+    }];
+    if results.iter().any(|r| !r.pictures.is_empty()) {
+        let texts = "Against the displaced mesh under the same light, means over the cameras. The displaced row compares two renderings of it with other seeds: its noise.";
+        sections.push(Section {
+            title: "Pictures".into(),
+            blocks: vec![Block::Text(texts.into()), Block::Table(picture_table(results))],
+        });
+    }
+    for (result, shown) in results.iter().zip(pictures) {
+        let blocks = shown
+            .iter()
+            .map(|(caption, picture)| {
+                Ok(Block::Picture { png: png_bytes(picture)?, caption: caption.clone() })
+            })
+            .collect::<Result<_>>()?;
+        sections.push(Section { title: format!("{} on {}", result.material, result.scene), blocks });
+    }
+    let page = Page {
+        title: "Neural materials on curved meshes, against displaced truth".into(),
+        lead: vec![format!("Made by `{command}` on {}.", processor())],
+        sections,
+    };
+    Ok(page.html())
+}
+
+fn silhouette_table(results: &[Comparison]) -> Table {
+    let find = |r: &Comparison, form: &str, query: QueryForm, exact: bool| -> String {
+        let of = |row: &&SilhouetteRow| {
+            row.form == form && row.query == Some(query) && row.exact_curvature == exact
+        };
+        r.silhouettes.iter().find(of).map_or_else(|| "-".into(), |row| format!("{:.3}", row.left))
+    };
+    let row = |r: &Comparison| {
+        let chord =
+            r.silhouettes.iter().find(|row| row.form == "model" && row.query == Some(QueryForm::Chord));
+        let number = |x: Option<f64>| x.map_or_else(|| "-".into(), |x| format!("{x:.4}"));
+        vec![
+            r.material.clone(),
+            r.scene.clone(),
+            format!("{}", r.depth),
+            number(r.silhouettes.first().map(|row| row.iou)),
+            number(chord.map(|row| row.iou)),
+            number(chord.map(|row| row.band_iou)),
+            find(r, "model", QueryForm::Paper, false),
+            find(r, "model", QueryForm::Chord, false),
+            find(r, "oracle", QueryForm::Paper, false),
+            find(r, "oracle", QueryForm::Chord, false),
+            find(r, "oracle", QueryForm::Chord, true),
+        ]
+    };
+    let head = [
+        "material",
+        "mesh",
+        "depth",
+        "base IoU",
+        "IoU (chord)",
+        "band IoU",
+        "left, paper",
+        "left, chord",
+        "oracle, paper",
+        "oracle, chord",
+        "exact curvature",
+    ];
+    Table::of_texts("Share of the base error left", &head, results.iter().map(row))
+}
+
+fn picture_table(results: &[Comparison]) -> Table {
+    let head = [
+        "material",
+        "form",
+        "PSNR, dB",
+        "SSIM",
+        "FLIP",
+        "tracing, s",
+        "preparation, s",
+        "triangles",
+        "geometry, MB",
+        "material, MB",
+    ];
+    let rows = results.iter().flat_map(|r| {
+        r.pictures.iter().map(|p| {
+            vec![
+                format!("{} on {}", r.material, r.scene),
+                p.form.to_owned(),
+                format!("{:.2}", p.psnr),
+                format!("{:.4}", p.ssim),
+                format!("{:.4}", p.flip),
+                format!("{:.2}", p.tracing_seconds),
+                format!("{:.2}", p.preparation_seconds),
+                p.cost.triangles.to_string(),
+                format!("{:.1}", p.cost.geometry_bytes as f64 / 1e6),
+                format!("{:.1}", p.material_bytes as f64 / 1e6),
+            ]
+        })
+    });
+    Table::of_texts("Appearance, time and memory", &head, rows)
+}
+
+/// A strip per camera: the truth, then each form with its difference to the truth, four times as bright.
+pub fn strips(subject: &Subject, shown: &[Shown], side: usize) -> Vec<(String, Picture)> {
+    let Some((truth, others)) = shown.split_first() else { return Vec::new() };
+    let names: Vec<&str> = others.iter().map(|s| s.form).collect();
+    let strip = |camera: usize| {
+        let exact = &truth.radiance[camera];
+        let mut columns = vec![exact.clone()];
+        for other in others {
+            let test = &other.radiance[camera];
+            columns.push(test.clone());
+            columns.push(exact.iter().zip(test).map(|(a, b)| 4.0 * (*a - *b).abs()).collect());
+        }
+        let caption = format!(
+            "Elevation {} degrees: displaced; {}, each followed by four times its difference.",
+            subject.cameras[camera].0,
+            names.join(", ")
+        );
+        (caption, beside(&columns, side))
+    };
+    (0..subject.cameras.len()).map(strip).collect()
+}
+
+/// Masks of all cameras beside each other: what is covered in both grey, too much red, missing blue.
+pub fn mask_strip(masks: &MaskSet) -> Option<(String, Picture)> {
+    let side = masks.truth.first()?.size()[0] as usize;
+    let columns: Vec<Vec<Vec3>> = masks.truth.iter().zip(&masks.model).map(|(t, m)| compared(t, m)).collect();
+    let caption = "Silhouettes of the model, asked by the chord: red is too much, blue is missing.";
+    Some((caption.to_owned(), beside(&columns, side)))
+}
+
+fn compared(truth: &Mask, test: &Mask) -> Vec<Vec3> {
+    let colour = |(&a, &b): (&bool, &bool)| match (a, b) {
+        (true, true) => Vec3::splat(0.25),
+        (false, false) => Vec3::ZERO,
+        (false, true) => Vec3::new(0.8, 0.05, 0.02),
+        (true, false) => Vec3::new(0.05, 0.2, 0.8),
+    };
+    truth.covered().iter().zip(test.covered()).map(colour).collect()
+}
+
+fn beside(columns: &[Vec<Vec3>], side: usize) -> Picture {
+    let width = columns.len() * (side + GAP) - GAP;
+    let mut pixels = vec![Vec3::splat(0.02); width * side];
+    for (column, source) in columns.iter().enumerate() {
+        for (y, line) in source.chunks(side).enumerate() {
+            let start = y * width + column * (side + GAP);
+            pixels[start..start + side].copy_from_slice(line);
+        }
+    }
+    let number = |n: usize| u32::try_from(n).expect("a few thousand pixels");
+    picture(number(width), number(side), &pixels, 0.0)
+}

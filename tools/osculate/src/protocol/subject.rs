@@ -1,0 +1,254 @@
+//! What is looked at: a mesh with the curvature along its rays, the cameras around it, and the scenes that show a material on it.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use glam::Vec3;
+use osculate_geom::bake::BakeOptions;
+use osculate_geom::curvature::{Principal, Status, VertexCurvature, estimate};
+use osculate_geom::displacement::HeightTile;
+use osculate_geom::field::{Filter, FilterKind, WalkLength};
+use osculate_geom::mesh::{Surface, uv_scale};
+use osculate_geom::{Mesh, shapes};
+use osculate_render::scene::{Laying, MicroSurface, QueryForm, SilhouetteMaterial, SurfaceSource};
+use osculate_render::{Camera, Environment, Light, Material, MeshInstance, Scene};
+use osculate_sbtf::SilhouetteBtf;
+use osculate_sbtf::micro::HeightField;
+use osculate_sbtf::sampling::Sampler;
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::field::OwnedField;
+use crate::input;
+
+/// Radii of the protocol's torus.
+const MAJOR: f64 = 1.0;
+const MINOR: f64 = 0.45;
+
+/// A mesh and where it is looked at from.
+pub struct Subject {
+    /// Its name in reports.
+    pub name: String,
+    mesh: Arc<Mesh>,
+    curvature: Vec<VertexCurvature>,
+    /// The exact curvature, where it is known.
+    exact: Option<Vec<VertexCurvature>>,
+    laying: Laying,
+    /// Elevations in degrees, and the cameras.
+    pub cameras: Vec<(f32, Camera)>,
+}
+
+/// A material's answers, and how it is asked.
+#[derive(Clone)]
+pub struct Entry {
+    /// What answers.
+    pub btf: Arc<dyn SilhouetteBtf + Send + Sync>,
+    /// Where light is looked for.
+    pub sampler: Arc<Sampler>,
+    /// Depth in tiles.
+    pub depth: f32,
+}
+
+/// What stands on the mesh.
+#[derive(Clone)]
+pub enum Form<'a> {
+    /// The mesh itself.
+    Base,
+    /// The mesh at the lowest height that the material may have.
+    Inner(&'a HeightField),
+    /// Real triangles.
+    Displaced(&'a Truth),
+    /// A material that is asked.
+    Asked { entry: Entry, query: QueryForm, exact_curvature: bool },
+    /// A material that is asked without curvature.
+    Blind(Entry),
+}
+
+/// The displaced mesh, made once.
+pub struct Truth {
+    object: MeshInstance,
+    /// What making it took.
+    pub seconds: f64,
+}
+
+/// What a form takes, before anything is traced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Cost {
+    /// Triangles that rays are traced against.
+    pub triangles: usize,
+    /// Corners, indices, normals and UV of the triangles in single precision, without the hierarchy over them.
+    pub geometry_bytes: usize,
+}
+
+impl Subject {
+    /// `torus`, or a mesh file with UV.
+    pub fn new(name: &str, console: &Console) -> Result<Self> {
+        if name == "torus" {
+            return Self::torus(console);
+        }
+        let path = Path::new(name);
+        let mesh = input::read_mesh(path, console)?;
+        let scale =
+            uv_scale(&mesh, 0).with_context(|| format!("{name}: has no UV to lay a material over"))?;
+        // As large against the mesh as on the torus, whose diagonal is 4.2 tiles.
+        let size = 0.24 * mesh.bbox_diagonal();
+        #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
+        let laying = Laying::new([(scale / size) as f32; 2], size as f32);
+        let centre = mesh.bounds().map_or(osculate_geom::Vec3::zeros(), |(a, b)| 0.5 * (a + b));
+        let distance = mesh.bbox_diagonal();
+        let title = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Self::with(title, mesh, None, laying, (centre, distance), console)
+    }
+
+    fn torus(console: &Console) -> Result<Self> {
+        let mesh = shapes::torus_with_uv(MAJOR, MINOR, 480, 240);
+        let exact = mesh.positions().iter().map(torus_curvature).collect();
+        let centre = osculate_geom::Vec3::zeros();
+        let laying = Laying::new([6.0, 3.0], 1.0);
+        Self::with("torus".to_owned(), mesh, Some(exact), laying, (centre, 4.0), console)
+    }
+
+    fn with(
+        name: String,
+        mesh: Mesh,
+        exact: Option<Vec<VertexCurvature>>,
+        laying: Laying,
+        (centre, distance): (osculate_geom::Vec3, f64),
+        console: &Console,
+    ) -> Result<Self> {
+        let _step = console.step("estimating curvature");
+        let options = BakeOptions::default();
+        let surface = Surface::new(&mesh, options.weld);
+        let curvature = surface.spread(estimate(&surface, &options.curvature).with_context(|| name.clone())?);
+        drop(surface);
+        let target = osculate_geom::rays::to_f32(&centre);
+        #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
+        let distance = distance as f32;
+        let cameras = [10.0_f32, 35.0, 60.0].map(|degrees| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let position = target + distance * Vec3::new(0.0, sin, cos);
+            (degrees, Camera::look_at(position, target, Vec3::Y, 2.0 * 0.40_f32.atan()))
+        });
+        Ok(Self { name, mesh: Arc::new(mesh), curvature, exact, laying, cameras: cameras.into() })
+    }
+
+    /// Whether the exact curvature is known.
+    pub fn has_exact_curvature(&self) -> bool {
+        self.exact.is_some()
+    }
+
+    /// Displaces the mesh.
+    pub fn truth(&self, heights: &HeightField) -> Result<Truth> {
+        let start = Instant::now();
+        let (made, micro) =
+            MicroSurface::displaced(&self.mesh, heights, &self.laying).with_context(|| self.name.clone())?;
+        let surface = SurfaceSource::Material(Material { micro: Some(micro), ..Material::default() });
+        let object = MeshInstance { surface, ..MeshInstance::new(Arc::new(made.mesh)) };
+        Ok(Truth { object, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// A square picture of a form on the mesh from the first camera, lit from above and all around.
+    pub fn scene(&self, form: &Form<'_>, pixels: u32) -> Result<(Scene, Cost)> {
+        let object = self.object(form)?;
+        let (triangles, vertices) = (object.mesh.triangles().len(), object.mesh.positions().len());
+        let cost = Cost { triangles, geometry_bytes: triangles * (36 + 12 + 4) + vertices * (12 + 8) };
+        let sun = Light::Directional {
+            direction: Vec3::new(-1.0, -1.5, -0.5),
+            irradiance: Vec3::new(2.4, 2.3, 2.1),
+        };
+        let scene = Scene {
+            camera: self.cameras[0].1,
+            width: pixels,
+            height: pixels,
+            objects: vec![object],
+            lights: vec![sun],
+            environment: Environment::Constant(Vec3::new(0.35, 0.38, 0.45)),
+            exposure: 0.0,
+            filter: FilterKind::Chord,
+        };
+        Ok((scene, cost))
+    }
+
+    fn object(&self, form: &Form<'_>) -> Result<MeshInstance> {
+        let (mesh, material, field) = match form {
+            Form::Base => (Arc::clone(&self.mesh), Material::default(), None),
+            Form::Inner(heights) => (self.inner(heights)?, Material::default(), None),
+            Form::Displaced(truth) => return Ok(truth.object.clone()),
+            Form::Blind(entry) => (Arc::clone(&self.mesh), self.asked(entry, QueryForm::Paper), None),
+            Form::Asked { entry, query, exact_curvature } => {
+                let filter = match query {
+                    QueryForm::Paper => FilterKind::March,
+                    QueryForm::Chord => FilterKind::Chord,
+                };
+                let curvature = match (&self.exact, exact_curvature) {
+                    (Some(exact), true) => exact,
+                    (_, false) => &self.curvature,
+                    (None, true) => bail!("{}: its exact curvature is not known", self.name),
+                };
+                let depth = f64::from(entry.depth) * f64::from(self.laying.tile_size);
+                let filter = Filter::of_kind(filter).context("march and chord need no table")?;
+                let weld = BakeOptions::default().weld;
+                let walk = Some(WalkLength::Shell { depth });
+                let field = OwnedField::of_mesh(&self.mesh, weld, curvature, filter, walk);
+                (Arc::clone(&self.mesh), self.asked(entry, *query), Some(field.shared()))
+            }
+        };
+        Ok(MeshInstance { surface: SurfaceSource::Material(material), field, ..MeshInstance::new(mesh) })
+    }
+
+    fn asked(&self, entry: &Entry, query: QueryForm) -> Material {
+        let Entry { btf, sampler, depth } = entry.clone();
+        let Laying { tiles, tile_size, .. } = self.laying;
+        let silhouette = SilhouetteMaterial { btf, depth, tiles, tile_size, sampler, query };
+        Material { silhouette: Some(silhouette), ..Material::default() }
+    }
+
+    fn inner(&self, heights: &HeightField) -> Result<Arc<Mesh>> {
+        let tile = HeightTile::level(-f64::from(heights.depth()));
+        let options = osculate_geom::displacement::DisplaceOptions {
+            tiles: self.laying.tiles.map(f64::from),
+            tile_size: self.laying.tile_size.into(),
+            ..Default::default()
+        };
+        let made = osculate_geom::displacement::displace(&self.mesh, &tile, &options);
+        Ok(Arc::new(made.with_context(|| self.name.clone())?.mesh))
+    }
+}
+
+/// Curvature of the protocol's torus at a point of it.
+fn torus_curvature(p: &osculate_geom::Vec3) -> VertexCurvature {
+    use osculate_geom::Vec3;
+    let ring = p.x.hypot(p.z);
+    let around = Vec3::new(p.z, 0.0, -p.x) / ring;
+    let normal = Vec3::new(p.x * (1.0 - MAJOR / ring), p.y, p.z * (1.0 - MAJOR / ring)) / MINOR;
+    // d2 = n x d1 is the way around the axis.
+    let d1 = around.cross(&normal);
+    let kappa_min = (1.0 - MAJOR / ring) / MINOR;
+    let principal = Principal { kappa_max: 1.0 / MINOR, kappa_min, d1, d2: normal.cross(&d1) };
+    VertexCurvature { principal: Some(principal), error: 0.0, status: Status::Ok }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the level set's own curvature.
+    #[test]
+    fn the_torus_has_its_curvature() {
+        let mesh = shapes::torus_with_uv(MAJOR, MINOR, 12, 9);
+        for p in mesh.positions() {
+            let found = torus_curvature(p).principal.unwrap();
+            let ring = p.x.hypot(p.z);
+            let radial = osculate_geom::Vec3::new(p.x, 0.0, p.z) / ring;
+            let normal = (radial * (ring - MAJOR) + osculate_geom::Vec3::y() * p.y) / MINOR;
+            assert!((found.kappa_max - 1.0 / 0.45).abs() < 1e-12);
+            assert!((found.kappa_min - normal.dot(&radial) / ring).abs() < 1e-12);
+            for d in [found.d1, found.d2] {
+                assert!(d.dot(&normal).abs() < 1e-12 && (d.norm() - 1.0).abs() < 1e-12);
+            }
+            assert!((found.d2 - normal.cross(&found.d1)).norm() < 1e-12 && found.d2.y.abs() < 1e-12);
+        }
+    }
+}
