@@ -220,7 +220,8 @@ pub(crate) struct Facet {
 impl Facet {
     /// UV at a point; zero if no object has any.
     pub(crate) fn uv_at(&self, [u, v, w]: [f32; 3]) -> [f32; 2] {
-        let blend = |[a, b, c]: [[f32; 2]; 3]| [0, 1].map(|axis: usize| u * a[axis] + v * b[axis] + w * c[axis]);
+        let blend =
+            |[a, b, c]: [[f32; 2]; 3]| [0, 1].map(|axis: usize| u * a[axis] + v * b[axis] + w * c[axis]);
         self.uvs.map_or([0.0; 2], blend)
     }
 }

@@ -3,8 +3,8 @@
 mod build;
 mod checker;
 mod file;
-mod instances;
 mod form;
+mod instances;
 mod micro_surface;
 mod preview;
 mod silhouette;
@@ -20,8 +20,8 @@ use osculate_geom::field::FilterKind;
 pub use file::{
     CurvatureSection, LoadRequest, LoadedMesh, MeshLoader, MeshSource, SceneFile, SceneFileError, Shell,
 };
-pub use instances::{GridSection, InstanceSection, InstancesSection, ScaleSection};
 pub use form::MaterialForm;
+pub use instances::{GridSection, InstanceSection, InstancesSection, ScaleSection};
 pub(crate) use micro_surface::MicroPoint;
 pub use micro_surface::{LayError, Laying, MicroSurface};
 pub use preview::PreviewOptions;

@@ -19,8 +19,6 @@ pub(crate) struct AppearanceLearner {
     supervision: Supervision,
     pub(crate) offset: Learner,
     pub(crate) colour: Learner,
-    /// Whether colours are looked up where rays hit in truth.
-    pub(crate) guided: bool,
     shards: Vec<[Shard; 2]>,
 }
 
@@ -60,7 +58,7 @@ impl AppearanceLearner {
         colour: Learner,
     ) -> Self {
         let architecture = architecture.clone();
-        Self { architecture, loss, supervision, offset, colour, guided: false, shards: Vec::new() }
+        Self { architecture, loss, supervision, offset, colour, shards: Vec::new() }
     }
 
     fn shard(&self) -> [Shard; 2] {
@@ -140,8 +138,7 @@ impl AppearanceLearner {
         colour.backward(&self.colour);
         colour.scatter(&self.colour, count);
         for (sample, found) in found.iter().enumerate().take(count) {
-            let slope = || colour.slope(&self.colour, sample, 0);
-            let mut gradient = if self.guided { [0.0; 2] } else { slope() };
+            let mut gradient = colour.slope(&self.colour, sample, 0);
             if self.supervision == Supervision::Full {
                 for axis in 0..2 {
                     let error = found[axis] - batch.offset[axis][first + sample];
@@ -204,12 +201,7 @@ impl AppearanceLearner {
                 }
             })
         });
-        let hit = [0, 1].map(|axis: usize| {
-            std::array::from_fn(|i| {
-                let guide = self.guided.then(|| batch.offset[axis].get(first + i)).flatten();
-                rays.uv[axis][i] + guide.copied().unwrap_or(found[i][axis])
-            })
-        });
+        let hit = [0, 1].map(|axis: usize| std::array::from_fn(|i| rays.uv[axis][i] + found[i][axis]));
         colour.fetch(&self.colour, 0, &hit);
         colour.forward(&self.colour);
         found
@@ -217,7 +209,6 @@ impl AppearanceLearner {
 
     /// Learns from a batch; returns the mean loss before.
     pub(crate) fn step(&mut self, batch: &AppearanceBatch, update: Update) -> f64 {
-        self.guided = update.guided;
         self.look(update.sigma);
         let mut shards = self.take_shards(batch);
         let (length, parts) = update.parts(batch.len());
@@ -250,7 +241,6 @@ impl AppearanceLearner {
     /// Compares the outputs for a batch with the truth, features blurred as in training.
     pub(crate) fn score(&mut self, batch: &AppearanceBatch, sigma: f64) -> AppearanceSums {
         self.look(sigma);
-        self.guided = false;
         let this = &*self;
         let sums: Vec<AppearanceSums> = (0..batch.len().div_ceil(BLOCK))
             .into_par_iter()

@@ -58,7 +58,7 @@ fn seconds<T: Task + Send>(form: &Architecture, options: &TrainOptions, source: 
         // Half of a run is blurred, mostly little.
         let sigma = if step.is_multiple_of(2) { 0.0 } else { 0.25 * options.blur };
         let (network, texture) = (options.network_rate, options.texture_rate);
-        let update = Update { network, texture, sigma, guided: false, network_batch: options.network_batch };
+        let update = Update { network, texture, sigma, network_batch: options.network_batch };
         let task = &mut task;
         rayon::join(|| task.step(&batch, update), || replay.fill(step + 1, &mut next));
         std::mem::swap(&mut batch, &mut next);

@@ -52,8 +52,6 @@ pub(crate) struct Update {
     pub(crate) sigma: f64,
     /// Samples after which networks are moved; textures wait for the whole batch.
     pub(crate) network_batch: usize,
-    /// Whether colours are looked up where rays hit in truth.
-    pub(crate) guided: bool,
 }
 
 /// All that a learner has learned.

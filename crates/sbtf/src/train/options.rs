@@ -39,10 +39,6 @@ pub struct TrainOptions {
     pub informed: bool,
     /// Whether the true silhouettes and offsets are used.
     pub supervision: Supervision,
-    /// Share of the steps of the appearance in which colours are looked up where rays hit in truth, instead of where the offset leads.
-    /// Their features stay sharp while the offset is still far off; the rest of the run makes the best of what it became. Without
-    /// the true offsets there is no such part.
-    pub guided: f64,
     /// How the opacity is judged.
     pub opacity_loss: OpacityLoss,
     /// How colour and offset are judged.
@@ -112,7 +108,6 @@ impl Default for TrainOptions {
             starts: 4,
             trial: 0.04,
             supervision: Supervision::Full,
-            guided: 0.0,
             informed: true,
             opacity_loss: OpacityLoss::default(),
             appearance_loss: AppearanceLoss::default(),

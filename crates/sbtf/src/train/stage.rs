@@ -89,7 +89,6 @@ fn schedule(options: &TrainOptions, share: f64, rate_scale: f64) -> Update {
         texture: options.texture_rate * decay,
         sigma: options.blur * (-share * options.blur_halvings).exp2(),
         network_batch: options.network_batch,
-        guided: options.supervision == Supervision::Full && share < options.guided,
     }
 }
 

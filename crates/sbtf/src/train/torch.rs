@@ -7,7 +7,7 @@ use super::learner::Learner;
 use super::opacity::OpacityLearner;
 use super::options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision};
 use super::reference::small_form;
-use crate::model::{Architecture, OpacityHead};
+use crate::model::{Architecture, OffsetForm, OpacityHead};
 use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch};
 
@@ -53,7 +53,7 @@ impl Recorded<'_> {
 }
 
 fn form(opacity: OpacityHead) -> Architecture {
-    Architecture { opacity, ..small_form() }
+    Architecture { opacity, offset: OffsetForm::Free, ..small_form() }
 }
 
 fn recorded<'a>(bytes: &'a [u8], case: &'a str) -> Recorded<'a> {

@@ -127,7 +127,6 @@ impl TrainOptions {
             ("blur", self.blur),
             ("blur_halvings", self.blur_halvings),
             ("trial", self.trial),
-            ("guided", self.guided),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return refuse(format!("{name} is {value}; it must be 0 or more"));

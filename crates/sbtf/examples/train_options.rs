@@ -1,0 +1,87 @@
+//! What training options buy: short runs of one material that differ in one thing, judged on the same held-out samples.
+//!
+//! ```text
+//! cargo run --release -p osculate-sbtf --example train_options -- stone-1 600 default random-features network-batch=16384
+//! ```
+//!
+//! The arguments: material, steps of each part, then variants, each a list of settings with commas between them.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use osculate_sbtf::micro::Microstructure;
+use osculate_sbtf::model::{Architecture, OffsetForm};
+use osculate_sbtf::patch::{DatasetOptions, PatchDataset, Tracing};
+use osculate_sbtf::train::{Control, Progress, Stage, TrainOptions, TrainReport, train};
+
+struct Variant {
+    form: Architecture,
+    options: TrainOptions,
+    data: DatasetOptions,
+}
+
+impl Variant {
+    fn new(depth: f32, steps: u64) -> Self {
+        let options = TrainOptions {
+            opacity_steps: steps,
+            appearance_steps: steps,
+            starts: 1,
+            scores: 2,
+            ..TrainOptions::default()
+        };
+        Self {
+            form: Architecture::taps(depth),
+            options,
+            data: DatasetOptions { seed: 1, ..Default::default() },
+        }
+    }
+
+    /// Changes what `key=value` names.
+    fn set(&mut self, setting: &str) -> Result<(), Box<dyn std::error::Error>> {
+        let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+        let options = &mut self.options;
+        match key {
+            "default" => {}
+            "random-features" => options.informed = false,
+            "network-batch" => options.network_batch = value.parse()?,
+            "network-rate" => options.network_rate = value.parse()?,
+            "texture-rate" => options.texture_rate = value.parse()?,
+            "opacity-reuse" => options.opacity_reuse = value.parse()?,
+            "appearance-reuse" => options.appearance_reuse = value.parse()?,
+            "free-offset" => self.form.offset = OffsetForm::Free,
+            "triangles" => self.data.tracing = Tracing::Triangles,
+            _ => return Err(format!("no setting {key:?}").into()),
+        }
+        Ok(())
+    }
+}
+
+#[allow(clippy::print_stdout, reason = "an example reports on standard output")]
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let micro = Microstructure::load(&arguments.next().ok_or("which material?")?)?.micro;
+    let steps = arguments.next().ok_or("how many steps?")?.parse()?;
+    println!(
+        "left of the silhouette | offset, UV | rms of ln(1 + rgb), noise included | wall seconds | variant"
+    );
+    for name in arguments {
+        let mut variant = Variant::new(micro.geometry.depth(), steps);
+        name.split(',').try_for_each(|setting| variant.set(setting))?;
+        let source = PatchDataset::new(&micro, variant.data.clone())?;
+        let began = Instant::now();
+        let mut onward = |_: &Progress| ControlFlow::Continue(());
+        let mut control = Control { checkpoint: None, progress: &mut onward };
+        let (_, report) = train(&variant.form, &variant.options, &source, &mut control)?;
+        let seconds = began.elapsed().as_secs_f64();
+        println!("{} | {seconds:.0} | {name}", scores(&report));
+    }
+    Ok(())
+}
+
+fn scores(report: &TrainReport) -> String {
+    let last = |stage| report.curve.iter().rfind(|point| point.stage == stage).map(|point| point.held_out);
+    let opacity = last(Stage::Opacity).map_or(f64::NAN, |scores| scores.error);
+    let appearance = last(Stage::Appearance);
+    let offset = appearance.and_then(|scores| scores.offset).unwrap_or(f64::NAN);
+    format!("{opacity:.4} | {offset:.4} | {:.5}", appearance.map_or(f64::NAN, |scores| scores.error))
+}

@@ -1,0 +1,88 @@
+"""Writes docs/materials.md: how the shipped materials were trained, and how good they are.
+
+    cargo build --release
+    python tools/reference/materials_page.py [--spp 32]
+
+Needs nothing but Python's standard library. Takes a few minutes per material.
+"""
+
+import argparse
+import json
+import struct
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+OSCULATE = ROOT / "target" / "release" / "osculate"
+# Share of the base error left that the paper's table 1 states for materials of these names: 1 - (IoU - base) / (1 - base).
+PAPER = {
+    "cave": 0.25, "foam": 0.21, "leather": 0.22, "oyster": 0.32, "shell": 0.32, "stone-1": 0.29, "stone-2": 0.23,
+    "terracotta": 0.28, "wall": 0.26, "wool-1": 0.41, "wool-2": 0.28,
+}
+
+
+def metadata(path):
+    data = path.read_bytes()
+    header = json.loads(data[8 : 8 + struct.unpack("<Q", data[:8])[0]])
+    return json.loads(header["__metadata__"]["osculate"])
+
+
+def report(*arguments):
+    done = subprocess.run([OSCULATE, *arguments, "--quiet", "--json", "-"], capture_output=True, text=True, check=True, cwd=ROOT)
+    return json.loads(done.stdout)
+
+
+def left(scores):
+    return sum(s["excess"] + s["missing"] for s in scores) / sum(s["base"] for s in scores)
+
+
+def row(path, spp):
+    provenance = metadata(path)["provenance"]
+    training, scores = provenance["training"], provenance["scores"]
+    name, relative = path.stem, str(path.relative_to(ROOT))
+    model = report("eval", relative, "--spp", str(spp))["models"][0]
+    small = [s for s in model["silhouettes"] if s["kappa"] < 0.5]
+    psnr = " / ".join(f"{a['psnr']:.1f}" for a in model["appearance"])
+    flip = " / ".join(f"{a['flip']:.2f}" for a in model["appearance"])
+    cells = [name, f"{training['opacity_steps']} / {training['appearance_steps']}", f"{scores['seconds']:.0f}"]
+    cells += [f"{left(model['silhouettes']):.3f}", f"{left(small):.3f}", psnr, flip]
+    return "| " + " | ".join(cells) + " |"
+
+
+def torus(paths):
+    results = report("eval", *[str(p.relative_to(ROOT)) for p in paths], "--scenes", "torus", "--silhouettes-only")["results"]
+    lines = []
+    for result in results:
+        def find(form, query):
+            return next(s for s in result["silhouettes"] if s["form"] == form and s.get("query") == query and not s.get("exact_curvature"))
+
+        base = next(s for s in result["silhouettes"] if s["form"] == "base")
+        name = result["material"]
+        chord, paper = find("model", "chord"), find("model", "paper")
+        cells = [name, f"{base['iou']:.4f}", f"{chord['iou']:.4f}", f"{chord['band_iou']:.3f}"]
+        cells += [f"{paper['left']:.3f}", f"{find('oracle', 'paper')['left']:.3f}"]
+        cells += [f"{chord['left']:.3f}", f"{find('oracle', 'chord')['left']:.3f}", f"{PAPER[name]:.2f}"]
+        lines.append(("| " + " | ".join(cells) + " |", paper["left"], chord["left"]))
+    return lines
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--spp", type=int, default=32, help="paths per pixel of the exact pictures")
+    options = parser.parse_args()
+    paths = sorted((ROOT / "assets" / "materials").glob("*.sbtf"))
+    rows = [row(path, options.spp) for path in paths]
+    on_torus = torus([path for path in paths if path.stem in PAPER])
+    mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
+    text = (ROOT / "docs" / "materials.md").read_text()
+    for key, lines in [("patches", rows), ("torus", [line[0] for line in on_torus])]:
+        begin, end = f"<!-- {key} -->\n", f"<!-- end of {key} -->"
+        head, rest = text.split(begin)
+        table, tail = rest.split(end)
+        text = head + begin + "\n".join(table.splitlines()[:2] + lines) + "\n" + end + tail
+    (ROOT / "docs" / "materials.md").write_text(text)
+    print(f"mean share left on the torus: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
+
+
+if __name__ == "__main__":
+    main()
