@@ -92,9 +92,9 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         counted("area lights", rectangles, "rectangle lights", 0.5),
         counted("directional lights", suns, "directional lights", 0.3),
         decided("interreflection", interreflection, 0.8 * (max_depth.min(4) as f32 - 1.0)),
-        counted("textures", textured, "materials have a texture", 0.05),
-        counted("transparency", see_through, "materials let light through", 0.5),
-        counted("silhouettes", silhouettes, "materials have silhouettes", 1.0),
+        counted("textures", textured, "surfaces have a texture", 0.05),
+        counted("transparency", see_through, "surfaces let light through", 0.5),
+        counted("silhouettes", silhouettes, "surfaces have silhouettes", 1.0),
         Decision {
             effect: "depth of field",
             needed: depth_of_field,

@@ -10,9 +10,36 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use osculate_sbtf::micro::Microstructure;
-use osculate_sbtf::model::{Architecture, OffsetForm};
+use osculate_sbtf::model::{Architecture, OffsetForm, TextureShape};
 use osculate_sbtf::patch::{DatasetOptions, PatchDataset, Tracing};
-use osculate_sbtf::train::{Control, Progress, Stage, TrainOptions, TrainReport, train};
+use osculate_sbtf::samples::{AppearanceBatch, Features, OpacityBatch, SampleSource};
+use osculate_sbtf::train::{Control, HELD_OUT, Progress, Stage, TrainOptions, TrainReport, train};
+
+/// Samples of a variant, but judged by those of the default.
+struct Judged {
+    training: PatchDataset,
+    held_out: PatchDataset,
+}
+
+impl Judged {
+    fn of(&self, index: u64) -> &PatchDataset {
+        if index < HELD_OUT { &self.training } else { &self.held_out }
+    }
+}
+
+impl SampleSource for Judged {
+    fn fill_opacity(&self, index: u64, batch: &mut OpacityBatch) {
+        self.of(index).fill_opacity(index, batch);
+    }
+
+    fn fill_appearance(&self, index: u64, batch: &mut AppearanceBatch) {
+        self.of(index).fill_appearance(index, batch);
+    }
+
+    fn first_features(&self, which: Features, shape: TextureShape, seed: u64) -> Option<Vec<f32>> {
+        self.training.first_features(which, shape, seed)
+    }
+}
 
 struct Variant {
     form: Architecture,
@@ -67,7 +94,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in arguments {
         let mut variant = Variant::new(micro.geometry.depth(), steps);
         name.split(',').try_for_each(|setting| variant.set(setting))?;
-        let source = PatchDataset::new(&micro, variant.data.clone())?;
+        let held_out = DatasetOptions { tracing: Tracing::March, ..variant.data.clone() };
+        let source = Judged {
+            training: PatchDataset::new(&micro, variant.data.clone())?,
+            held_out: PatchDataset::new(&micro, held_out)?,
+        };
         let began = Instant::now();
         let mut onward = |_: &Progress| ControlFlow::Continue(());
         let mut control = Control { checkpoint: None, progress: &mut onward };

@@ -3,7 +3,7 @@
 //! A picture made with it shows what the model's form costs (one curvature per query, local coordinates), and its difference to
 //! a trained model's picture what the fit costs.
 //!
-//! For height fields everything is exact for the query's own curvature and direction: the opacity is that of [`Sweep`], colours are traced
+//! For height fields everything is exact for the query's own curvature and direction: the opacity is that of [`Sweep`](crate::patch::Sweep), colours are traced
 //! through the bent field. For tile meshes a patch is needed for each curvature and direction, so that these are rounded:
 //! the square root of the curvature to 1/50, and the axis to 1/64 of half a turn; the ray keeps its own direction. Patches are
 //! kept for a while; ask many queries at once ([`SilhouetteBtf::eval_batch`]), which sorts them.

@@ -45,7 +45,7 @@ pub(super) fn first_features(
 /// For rays: the height, the highest around in growing squares, and the slopes.
 fn heights(field: &HeightField, shape: TextureShape) -> Vec<Vec<f32>> {
     let height = |uv: Vec2| field.heights().lookup(uv);
-    let mean = over_texels(shape, |uv| height(uv));
+    let mean = over_texels(shape, height);
     let highest = (0..mean.len()).map(|i| footprint(shape, i).map(height).fold(0.0, f32::max)).collect();
     let mut maps = vec![mean, highest];
     for radius in [shape.width / 64, shape.width / 24] {

@@ -30,4 +30,5 @@ mod trainer;
 pub use bare_network::BareNetwork;
 pub use options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision, TrainOptions};
 pub use report::{CurvePoint, Progress, Recovery, Scores, Stage, TrainReport, Trial};
+pub use stage::HELD_OUT;
 pub use trainer::{Control, TrainError, of_checkpoint, resume, train};

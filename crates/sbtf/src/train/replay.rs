@@ -91,6 +91,8 @@ mod tests {
         }
     }
 
+    /// Batch and row of a step's samples.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small whole numbers")]
     fn samples(replay: &mut Replay<OpacityLearner>, step: u64) -> Vec<[u32; 2]> {
         let mut batch = OpacityBatch::default();
         replay.fill(step, &mut batch);

@@ -14,8 +14,8 @@ use crate::model::Architecture;
 use crate::random::Random;
 use crate::samples::SampleSource;
 
-/// Index of the first held-out batch; training never gets that far.
-const HELD_OUT: u64 = 1 << 62;
+/// Index of the first batch that is held out for scores; training never gets that far.
+pub const HELD_OUT: u64 = 1 << 62;
 /// Losses whose median a loss is compared with.
 const MEMORY: usize = 64;
 /// A loss this many times the median has exploded.
