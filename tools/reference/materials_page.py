@@ -1,9 +1,9 @@
 """Writes docs/materials.md: how the shipped materials were trained, and how good they are.
 
     cargo build --release
-    python tools/reference/materials_page.py [--spp 32]
+    python tools/reference/materials_page.py [--keep DIR]
 
-Needs nothing but Python's standard library. Takes a few minutes per material.
+Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped.
 """
 
 import argparse
@@ -27,8 +27,14 @@ def metadata(path):
     return json.loads(header["__metadata__"]["osculate"])
 
 
-def report(*arguments):
+def report(keep, name, *arguments):
+    """The report of a command, from the folder `keep` if it is there."""
+    kept = keep / f"{name}.json" if keep else None
+    if kept and kept.exists():
+        return json.loads(kept.read_text())
     done = subprocess.run([OSCULATE, *arguments, "--quiet", "--json", "-"], capture_output=True, text=True, check=True, cwd=ROOT)
+    if kept:
+        kept.write_text(done.stdout)
     return json.loads(done.stdout)
 
 
@@ -36,43 +42,45 @@ def left(scores):
     return sum(s["excess"] + s["missing"] for s in scores) / sum(s["base"] for s in scores)
 
 
-def row(path, spp):
+def row(path, keep):
     provenance = metadata(path)["provenance"]
     training, scores = provenance["training"], provenance["scores"]
     name, relative = path.stem, str(path.relative_to(ROOT))
-    model = report("eval", relative, "--spp", str(spp))["models"][0]
+    model = report(keep, name, "eval", relative, "--spp", "16")["models"][0]
     small = [s for s in model["silhouettes"] if s["kappa"] < 0.5]
     psnr = " / ".join(f"{a['psnr']:.1f}" for a in model["appearance"])
     flip = " / ".join(f"{a['flip']:.2f}" for a in model["appearance"])
-    cells = [name, f"{training['opacity_steps']} / {training['appearance_steps']}", f"{scores['seconds']:.0f}"]
+    cells = [name, str(training["appearance_steps"]), f"{scores['seconds']:.0f}"]
     cells += [f"{left(model['silhouettes']):.3f}", f"{left(small):.3f}", psnr, flip]
     return "| " + " | ".join(cells) + " |"
 
 
-def torus(paths):
-    results = report("eval", *[str(p.relative_to(ROOT)) for p in paths], "--scenes", "torus", "--silhouettes-only")["results"]
-    lines = []
-    for result in results:
-        def find(form, query):
-            return next(s for s in result["silhouettes"] if s["form"] == form and s.get("query") == query and not s.get("exact_curvature"))
+def torus_row(path, keep):
+    """A row of the table, and the shares that are left by the model with the paper's query and with the chord's."""
+    name, relative = path.stem, str(path.relative_to(ROOT))
+    result = report(keep, f"{name}-torus", "eval", relative, "--scenes", "torus", "--silhouettes-only")["results"][0]
 
-        base = next(s for s in result["silhouettes"] if s["form"] == "base")
-        name = result["material"]
-        chord, paper = find("model", "chord"), find("model", "paper")
-        cells = [name, f"{base['iou']:.4f}", f"{chord['iou']:.4f}", f"{chord['band_iou']:.3f}"]
-        cells += [f"{paper['left']:.3f}", f"{find('oracle', 'paper')['left']:.3f}"]
-        cells += [f"{chord['left']:.3f}", f"{find('oracle', 'chord')['left']:.3f}", f"{PAPER[name]:.2f}"]
-        lines.append(("| " + " | ".join(cells) + " |", paper["left"], chord["left"]))
-    return lines
+    def find(form, query):
+        rows = result["silhouettes"]
+        return next(s for s in rows if s["form"] == form and s.get("query") == query and not s.get("exact_curvature"))
+
+    base = next(s for s in result["silhouettes"] if s["form"] == "base")
+    chord, paper = find("model", "chord"), find("model", "paper")
+    cells = [name, f"{base['iou']:.4f}", f"{chord['iou']:.4f}", f"{chord['band_iou']:.3f}"]
+    cells += [f"{paper['left']:.3f}", f"{find('oracle', 'paper')['left']:.3f}"]
+    cells += [f"{chord['left']:.3f}", f"{find('oracle', 'chord')['left']:.3f}", f"{PAPER[name]:.2f}"]
+    return "| " + " | ".join(cells) + " |", paper["left"], chord["left"]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--spp", type=int, default=32, help="paths per pixel of the exact pictures")
-    options = parser.parse_args()
+    parser.add_argument("--keep", type=Path, help="keep the reports in this folder, and take those that are there")
+    keep = parser.parse_args().keep
+    if keep:
+        keep.mkdir(parents=True, exist_ok=True)
     paths = sorted((ROOT / "assets" / "materials").glob("*.sbtf"))
-    rows = [row(path, options.spp) for path in paths]
-    on_torus = torus([path for path in paths if path.stem in PAPER])
+    rows = [row(path, keep) for path in paths]
+    on_torus = [torus_row(path, keep) for path in paths if path.stem in PAPER]
     mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
     text = (ROOT / "docs" / "materials.md").read_text()
     for key, lines in [("patches", rows), ("torus", [line[0] for line in on_torus])]:
