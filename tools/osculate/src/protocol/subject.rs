@@ -23,6 +23,9 @@ use crate::console::Console;
 use crate::field::OwnedField;
 use crate::input;
 
+/// Twice what a scene may have: leather on the torus comes to 18 million, for which the command takes 7 GB.
+const MOST_TRIANGLES: usize = 32_000_000;
+
 /// Radii of the protocol's torus.
 const MAJOR: f64 = 1.0;
 const MINOR: f64 = 0.45;
@@ -131,6 +134,7 @@ impl Subject {
             let position = target + distance * Vec3::new(0.0, sin, cos);
             (degrees, Camera::look_at(position, target, Vec3::Y, 2.0 * 0.40_f32.atan()))
         });
+        let laying = Laying { most_triangles: MOST_TRIANGLES, ..laying };
         Ok(Self { name, mesh: Arc::new(mesh), curvature, exact, laying, cameras: cameras.into() })
     }
 
