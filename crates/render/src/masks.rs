@@ -4,6 +4,7 @@ use osculate_geom::rays::Ray;
 use rayon::prelude::*;
 
 use crate::camera::Camera;
+use crate::integrator::plain_opacity;
 use crate::prepared::{Prepared, SceneError};
 use crate::scene::{Role, Scene};
 use crate::silhouette::Met;
@@ -64,7 +65,7 @@ fn is_stopped(scene: &Prepared, mut ray: Ray) -> bool {
         let opacity = match Met::new(scene, &hit, -ray.direction) {
             Some(Met::Back) => 0.0,
             Some(Met::Front(point)) => point.alpha(),
-            None => scene.material_of(hit.triangle).map_or(1.0, |material| material.opacity),
+            None => plain_opacity(scene, &hit),
         };
         if opacity >= 0.5 {
             return scene.objects[object].role == Role::Subject;

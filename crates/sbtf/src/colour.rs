@@ -15,24 +15,19 @@ pub fn srgb_from_linear(x: f32) -> f32 {
 
 /// A share of the largest code, rounded; NaN is 0.
 #[must_use]
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to the range of the code"
-)]
 pub fn code_8(x: f32) -> u8 {
-    (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+    u8::try_from(code(x, u8::MAX.into())).unwrap_or(u8::MAX)
 }
 
 /// A share of the largest code, rounded; NaN is 0.
 #[must_use]
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "clamped to the range of the code"
-)]
 pub fn code_16(x: f32) -> u16 {
-    (x.clamp(0.0, 1.0) * 65_535.0 + 0.5) as u16
+    code(x, u16::MAX)
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the codes")]
+fn code(x: f32, largest: u16) -> u16 {
+    (x.clamp(0.0, 1.0) * f32::from(largest) + 0.5) as u16
 }
 
 #[cfg(test)]

@@ -7,15 +7,14 @@
 use glam::{Vec2, Vec3};
 
 use crate::micro::HeightField;
-use crate::patch::{BentField, FieldShading, Shading, Space, Sweep, Transport, TransportOptions};
+use crate::patch::{FieldTracer, Shading, Space, Transport, TransportOptions};
 use crate::query::{Answer, Entry, Query, SilhouetteBtf};
 use crate::random::Random;
 
 /// Marches through a height field.
 #[derive(Debug)]
 pub struct HeightMarch {
-    heights: Sweep,
-    shading: FieldShading,
+    field: FieldTracer,
     transport: Transport,
     steps: u32,
 }
@@ -30,8 +29,7 @@ impl HeightMarch {
     pub fn new(field: &HeightField, steps: u32) -> Self {
         assert!(steps > 0, "at least one step");
         let transport = Transport::new(TransportOptions { bounces: 1, ..TransportOptions::default() });
-        let (heights, shading) = (Sweep::new(field), FieldShading::new(field, Shading::Smooth));
-        Self { heights, shading, transport, steps }
+        Self { field: FieldTracer::new(field, Shading::Smooth), transport, steps }
     }
 
     /// The radiance, or `None` where the march meets nothing.
@@ -40,7 +38,7 @@ impl HeightMarch {
         if wo.z <= 0.0 {
             return None;
         }
-        let (space, ray) = BentField::new(&self.heights, &self.shading, uv, kappa_hat, wo, wi);
+        let (space, ray) = self.field.bent(uv, kappa_hat, wo, wi);
         let space = space.with_steps(self.steps);
         let hit = space.closest(&ray)?;
         // One bounce draws no random number.
@@ -57,7 +55,7 @@ impl SilhouetteBtf for HeightMarch {
         if wo.z <= 0.0 {
             return 0.0;
         }
-        let (space, ray) = BentField::new(&self.heights, &self.shading, uv, kappa_hat, wo, Vec3::Z);
+        let (space, ray) = self.field.bent(uv, kappa_hat, wo, Vec3::Z);
         if space.with_steps(self.steps).closest(&ray).is_some() { 1.0 } else { 0.0 }
     }
 

@@ -4,6 +4,8 @@
 //! that its samples cost a hundredth of the others, and silhouettes need more of them; appearance is sampled only where a
 //! ray hits.
 
+use std::ops::Range;
+
 use crate::model::TextureShape;
 
 /// Samples of the opacity: all rows have one length.
@@ -39,6 +41,14 @@ pub struct AppearanceBatch {
     pub rgb: [Vec<f32>; 3],
 }
 
+/// A batch of either kind.
+pub(crate) trait Rows: Default + Send + Sync {
+    /// Gives all rows this length.
+    fn resize(&mut self, count: usize);
+    /// Takes rows over from another batch, to the same places.
+    fn copy_rows(&mut self, from: &Self, rows: Range<usize>);
+}
+
 macro_rules! rows {
     ($batch:ty, arrays: $($array:ident)*, single: $($row:ident)*) => {
         impl $batch {
@@ -60,8 +70,14 @@ macro_rules! rows {
                 $(self.$row.resize(count, 0.0);)*
             }
 
-            /// Takes rows over from another batch, to the same places.
-            pub(crate) fn copy_rows(&mut self, from: &Self, rows: std::ops::Range<usize>) {
+        }
+
+        impl Rows for $batch {
+            fn resize(&mut self, count: usize) {
+                self.resize(count);
+            }
+
+            fn copy_rows(&mut self, from: &Self, rows: Range<usize>) {
                 $(for (to, from) in self.$array.iter_mut().zip(&from.$array) {
                     to[rows.clone()].copy_from_slice(&from[rows.clone()]);
                 })*

@@ -110,6 +110,11 @@ fn one_word_changes_what_stands_for_a_microstructure() {
         "{usage:?}"
     );
     w.refuses("render square.obj -o a.png --as flat", &["square.obj", "--as flat"]);
+    // What a model was trained on, but deeper.
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/materials/stone-1.sbtf");
+    let named = format!("model = '{model}'\nas = 'march'\nmicro_depth = 0.2");
+    w.write("deep.toml", &scene("stone-1").replace("micro = 'stone-1'", &named));
+    w.ok("render deep.toml -o deep.png --spp 1");
     w.write("weave.toml", &scene("basket-weave"));
     w.refuses("render weave.toml -o a.png --as displaced", &["basket-weave is a see-through mesh"]);
 }
@@ -127,7 +132,7 @@ fn what_does_not_fit_is_one_message() {
         ("train basket-weave -o a.sbtf --head silhouette", "--head silhouette"),
         ("train shell -o a.sbtf --form neumip --head direct", "--head"),
         ("eval bad.sbtf", "bad.sbtf"),
-        ("eval bad.sbtf --scenes torus", "bad.sbtf"),
+        ("eval bad.sbtf --scenes torus -o out", "bad.sbtf"),
         ("eval bad.sbtf --scenes torus --sheet a.png", "--sheet"),
         ("eval none.sbtf", "none.sbtf"),
     ] {

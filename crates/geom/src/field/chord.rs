@@ -14,10 +14,16 @@
 //! first has no jumps, and the second does not drift. The ray's elevation is taken against the lifted section's own tangent, so that very short
 //! chords have the limit that they must have, the curvature along the section.
 
+mod curve;
+mod lift;
+
+use curve::{Curve, Integrated, Planar, length};
+use lift::{lift, lift_on_side, lifted_tangent, longest_side};
+
 use super::direction::section_curvature;
 use super::section::{Piece, SectionWalk, SideEnd, Stop};
 use super::start::{Start, StartSection};
-use super::surface_field::{CurvatureField, SurfacePoint};
+use super::surface_field::CurvatureField;
 use super::walk_length::WalkLength;
 use crate::Vec3;
 
@@ -73,38 +79,6 @@ pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLengt
         if let Err(stop) = walk.advance() {
             return query.finish(End { stop, ..query.last_end() }, walk.crossings());
         }
-    }
-}
-
-/// A point of the lifted section in the plane of ray and normal.
-#[derive(Debug, Clone, Copy)]
-struct Planar {
-    /// Distance along the ray of the point's foot on it.
-    t: f64,
-    /// Height above the ray.
-    above: f64,
-    /// The surface normal, as far as it lies in the plane, along the ray and across it.
-    normal: [f64; 2],
-    /// Curvature of the section as a plane curve.
-    kappa: f64,
-}
-
-/// The curve that has the interpolated curvature, in the frame of tangent and normal at the entry.
-#[derive(Debug, Clone, Copy, Default)]
-struct Integrated {
-    /// Of the tangent against that at the entry.
-    angle: f64,
-    x: f64,
-    z: f64,
-}
-
-impl Integrated {
-    /// Goes on over a chord of a curve whose curvature changes linearly: its direction is the mean of the tangent's.
-    fn add(&mut self, chord: f64, from: f64, to: f64) {
-        let (sin, cos) = (self.angle - (2.0 * from + to) / 6.0 * chord).sin_cos();
-        self.x += chord * cos;
-        self.z += chord * sin;
-        self.angle -= 0.5 * (from + to) * chord;
     }
 }
 
@@ -382,121 +356,10 @@ impl<'a, 'f> Query<'a, 'f> {
 /// Sine between section plane and surface below which the lift is not followed further: the root of 1 / 20.
 const LEAST_SINE: f64 = 0.223_606_797_749_979;
 
-/// Length of a plane vector. The plain form: squares of lengths of a mesh neither overflow nor vanish, and `hypot` was a
-/// twentieth of a picture's time.
-fn length(x: f64, y: f64) -> f64 {
-    (x * x + y * y).sqrt()
-}
-
 /// Arc length from the origin to `(x, z)` on the circle that touches the x axis there.
 fn arc_over(x: f64, z: f64) -> f64 {
     let (chord, angle) = (x.hypot(z), (-z).atan2(x));
     if angle == 0.0 { chord } else { chord * angle / angle.sin() }
-}
-
-/// A piece of the section between two lifted points, bent by their mean curvature.
-struct Curve {
-    from: Planar,
-    to: Planar,
-    span: f64,
-}
-
-impl Curve {
-    /// Half the second difference: how far the middle's tangent offset bends away, along ray and across it.
-    fn bulge(&self) -> [f64; 2] {
-        let bend = 0.25 * (self.from.kappa + self.to.kappa) * self.span * self.span;
-        // Across the chord, which has the direction half way between the tangents at its ends.
-        let normal = [0, 1].map(|k| self.from.normal[k] + self.to.normal[k]);
-        let length = length(normal[0], normal[1]);
-        if length > 0.0 { normal.map(|x| bend * x / length) } else { [0.0; 2] }
-    }
-
-    /// Distance along the ray and height above it at a share of the piece.
-    fn at(&self, share: f64) -> [f64; 2] {
-        let [bulge_t, bulge_above] = self.bulge();
-        let bent = share * (1.0 - share);
-        [
-            self.from.t + share * (self.to.t - self.from.t) + bent * bulge_t,
-            self.from.above + share * (self.to.above - self.from.above) + bent * bulge_above,
-        ]
-    }
-
-    /// Share at which the section comes down to the ray, ahead of the entry. Only its two ends are looked at: what dips
-    /// below the ray and back within one triangle is below the mesh's resolution.
-    fn exit(&self) -> Option<f64> {
-        let (h0, h1) = (self.from.above, self.to.above);
-        if h1 > 0.0 || self.to.t <= 0.0 {
-            return None;
-        }
-        // h0 + share (h1 - h0 + bulge) - share^2 bulge = 0 with a root in [0, 1], by the form without cancellation.
-        let bulge = self.bulge()[1];
-        let (a, b) = (-bulge, h1 - h0 + bulge);
-        let q = -0.5 * (b + b.signum() * (b * b - 4.0 * a * h0).max(0.0).sqrt());
-        let roots = [h0 / q, q / a];
-        let inside = roots.into_iter().find(|root| (0.0..=1.0).contains(root));
-        Some(inside.unwrap_or_else(|| if h0 > h1 { (h0 / (h0 - h1)).clamp(0.0, 1.0) } else { 1.0 }))
-    }
-}
-
-/// Height of the quadratic patch above the triangle.
-fn lift(field: &CurvatureField<'_>, point: SurfacePoint) -> f64 {
-    let b = point.barycentric;
-    let side = |k: usize| {
-        let weight = b[k] * b[(k + 1) % 3];
-        if weight == 0.0 { 0.0 } else { weight * bend(field, point.triangle, k) }
-    };
-    0.5 * (side(0) + side(1) + side(2))
-}
-
-/// The same where a side is crossed.
-fn lift_on_side(field: &CurvatureField<'_>, [one, two]: &[SideEnd; 2]) -> f64 {
-    let weight = one.weight * two.weight;
-    if weight == 0.0 {
-        return 0.0;
-    }
-    0.5 * weight * bend_along(field, [one.vertex, two.vertex], two.position - one.position)
-}
-
-/// The second fundamental form along a side of a triangle: the mean of those corners that have an estimate.
-fn bend(field: &CurvatureField<'_>, triangle: usize, side: usize) -> f64 {
-    let corners = field.surface().triangles()[triangle];
-    let (a, b) = (corners[side], corners[(side + 1) % 3]);
-    let positions = field.surface().positions();
-    bend_along(field, [a, b], positions[b as usize] - positions[a as usize])
-}
-
-fn bend_along(field: &CurvatureField<'_>, [a, b]: [u32; 2], edge: Vec3) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for principal in [a, b].into_iter().filter_map(|v| field.principal(v)) {
-        let (x1, x2) = (principal.d1.dot(&edge), principal.d2.dot(&edge));
-        sum += principal.kappa_max * x1 * x1 + principal.kappa_min * x2 * x2;
-        count += 1.0;
-    }
-    if count > 0.0 { sum / count } else { 0.0 }
-}
-
-/// The lifted section's unit tangent at the start; `None` where the first piece is too short to have a direction.
-fn lifted_tangent(field: &CurvatureField<'_>, normal: Vec3, piece: &Piece) -> Option<Vec3> {
-    /// Relative to the triangle's longest side. The direction of a shorter piece carries the rounding of its ends.
-    const SHORTEST: f64 = 1e-6;
-    let along = piece.exit.position - piece.from_position;
-    if along.norm() <= SHORTEST * longest_side(field, piece.from.triangle) {
-        return None;
-    }
-    let (from, to) = (piece.from.barycentric, piece.exit.point.barycentric);
-    let rise: f64 = (0..3)
-        .map(|i| {
-            let j = (i + 1) % 3;
-            let change = (to[i] - from[i]) * from[j] + from[i] * (to[j] - from[j]);
-            0.5 * change * bend(field, piece.from.triangle, i)
-        })
-        .sum();
-    (along + normal * rise).try_normalize(0.0)
-}
-
-fn longest_side(field: &CurvatureField<'_>, triangle: usize) -> f64 {
-    let [a, b, c] = field.surface().corners(triangle);
-    (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared()).sqrt()
 }
 
 /// UV displacement over a piece, with the UVs that its own triangle has at its corners.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use osculate_geom::Mesh;
 use osculate_sbtf::SilhouetteBtf;
-use osculate_sbtf::file::{MicrostructureSource, ModelFile};
+use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::infer::Material as Model;
 use osculate_sbtf::march::HeightMarch;
 use osculate_sbtf::micro::{Geometry, HeightField, Microstructure};
@@ -209,58 +209,44 @@ impl Source<'_> {
         }
     }
 
-    /// What the section names, or else what its model was trained on.
+    /// What the section names, or else what its model was trained on; at the depth that the section asks for.
     fn microstructure(&self) -> Result<Microstructure, SceneFileError> {
-        let section = self.section;
-        let (key, name, source) =
-            match (&section.oracle, section.model.as_ref().or(section.baseline.as_ref())) {
-                (Some(name), _) => ("oracle", name.clone(), None),
-                (None, Some(path)) => {
-                    let source = self.read(path, "model")?.provenance.microstructure;
-                    let unknown = || {
-                        self.error(
-                            "model",
-                            path.display(),
-                            "does not say what it was trained on; name it with `micro`",
-                        )
-                    };
-                    let source = source.ok_or_else(unknown)?;
-                    ("model", source.name.clone(), Some(source))
-                }
-                (None, None) => return Err(self.error("as", self.form.name(), "needs the key `micro`")),
-            };
-        let path = self.check.folder.join(&name);
-        let place = if path.is_file() { path.to_string_lossy().into_owned() } else { name.clone() };
-        let micro = Microstructure::load(&place).map_err(|e| self.error(key, &name, e))?.micro;
-        let micro = self.with_depth(micro, source.as_ref())?;
-        match source {
-            Some(source) if source.sha256 != micro.hash() => {
-                let problem = format!(
-                    "was trained on another {name} than the one of this version; name it with `micro`"
-                );
-                Err(self.error(
-                    "model",
-                    section.model.as_ref().map_or(&name[..], |p| p.to_str().unwrap_or(&name)),
-                    problem,
-                ))
-            }
-            _ => Ok(micro),
-        }
-    }
-
-    fn with_depth(
-        &self,
-        micro: Microstructure,
-        source: Option<&MicrostructureSource>,
-    ) -> Result<Microstructure, SceneFileError> {
-        let given = self.section.oracle_depth;
-        if let Some(depth) = given {
-            self.check.range(&(self.key)("oracle_depth"), depth, 1e-4, 1.0)?;
-        }
-        let other = given.or(source.map(|s| s.depth)).filter(|&depth| depth != micro.geometry.depth());
-        let Some(depth) = other else { return Ok(micro) };
+        let micro = match &self.section.oracle {
+            Some(name) => self.load("oracle", name)?,
+            None => self.trained_on()?,
+        };
+        let Some(depth) = self.section.oracle_depth else { return Ok(micro) };
+        self.check.range(&(self.key)("oracle_depth"), depth, 1e-4, 1.0)?;
         let own = || self.error("oracle_depth", depth, "a mesh has a depth of its own");
         micro.with_depth(depth).ok_or_else(own)
+    }
+
+    fn load(&self, key: &str, name: &str) -> Result<Microstructure, SceneFileError> {
+        let path = self.check.folder.join(name);
+        let place = if path.is_file() { path.to_string_lossy().into_owned() } else { name.to_owned() };
+        Ok(Microstructure::load(&place).map_err(|e| self.error(key, name, e))?.micro)
+    }
+
+    /// What the section's model was trained on.
+    fn trained_on(&self) -> Result<Microstructure, SceneFileError> {
+        let section = self.section;
+        let (key, path) = match (&section.model, &section.baseline) {
+            (Some(path), _) => ("model", path),
+            (None, Some(path)) => ("baseline", path),
+            (None, None) => return Err(self.error("as", self.form.name(), "needs the key `micro`")),
+        };
+        let error = |problem: &str| self.error(key, path.display(), problem);
+        let source = self.read(path, key)?.provenance.microstructure;
+        let source =
+            source.ok_or_else(|| error("does not say what it was trained on; name it with `micro`"))?;
+        let micro = source.at_its_depth(self.load(key, &source.name)?);
+        if source.sha256 != micro.hash() {
+            let name = &source.name;
+            return Err(error(&format!(
+                "was trained on another {name} than the one of this version; name it with `micro`"
+            )));
+        }
+        Ok(micro)
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::infer::StoredModel;
+use crate::micro::Microstructure;
 use crate::model::Architecture;
 use crate::sampling::Sampler;
 
@@ -44,6 +45,17 @@ pub struct MicrostructureSource {
     pub sha256: String,
     /// Its depth in UV units.
     pub depth: f32,
+}
+
+impl MicrostructureSource {
+    /// A microstructure at the depth that was trained on; meshes keep their own. Its hash tells whether it is the same one.
+    #[must_use]
+    pub fn at_its_depth(&self, micro: Microstructure) -> Microstructure {
+        if micro.geometry.depth() == self.depth {
+            return micro;
+        }
+        micro.clone().with_depth(self.depth).unwrap_or(micro)
+    }
 }
 
 /// The JSON under the key [`KEY`](super::layout::KEY) of a file.

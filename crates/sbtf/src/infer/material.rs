@@ -27,6 +27,26 @@ const FEW_WIDTH: usize = 32;
 /// Inputs of a colour network.
 const COLOUR_INPUTS: usize = MOST_CHANNELS + GROUP;
 
+/// Runs a task whose buffers have the sizes of this material's networks, which it sees as two constants.
+macro_rules! sized {
+    ($material:expr, |$inputs:ident, $width:ident| $task:expr) => {
+        match $material.sizes {
+            Sizes::Few => {
+                #[allow(dead_code, reason = "colour networks have inputs of their own")]
+                const $inputs: usize = FEW_INPUTS + GROUP;
+                const $width: usize = FEW_WIDTH;
+                $material.simd.run($task)
+            }
+            Sizes::Many => {
+                #[allow(dead_code, reason = "colour networks have inputs of their own")]
+                const $inputs: usize = MOST_INPUTS + GROUP;
+                const $width: usize = MOST_WIDTH;
+                $material.simd.run($task)
+            }
+        }
+    };
+}
+
 /// A model compiled for this processor. Queries allocate nothing.
 ///
 /// Curvatures outside the trained range are clamped to it, never extrapolated: [`covers`](Self::covers), [`BatchReport::clamped`] and
@@ -160,14 +180,7 @@ impl Material {
     /// Where a ray hits, and what the colour network sees there.
     fn offset(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> (Vec2, ColourInputs<COLOUR_INPUTS>) {
         let (material, view) = (self, View::new(self, uv, wo, kappa_hat));
-        match self.sizes {
-            Sizes::Few => {
-                self.simd.run(Offset::<{ FEW_INPUTS + GROUP }, FEW_WIDTH, COLOUR_INPUTS> { material, view })
-            }
-            Sizes::Many => {
-                self.simd.run(Offset::<{ MOST_INPUTS + GROUP }, MOST_WIDTH, COLOUR_INPUTS> { material, view })
-            }
-        }
+        sized!(self, |INPUTS, WIDTH| Offset::<INPUTS, WIDTH, COLOUR_INPUTS> { material, view })
     }
 
     /// The answers to queries in arrays.
@@ -193,14 +206,7 @@ impl Material {
 
     fn batch<S: super::block::Source, A: super::block::Sink>(&self, source: &S, sink: &mut A) -> BatchReport {
         let material = self;
-        match self.sizes {
-            Sizes::Few => {
-                self.simd.run(Batch::<_, _, { FEW_INPUTS + GROUP }, FEW_WIDTH> { material, source, sink })
-            }
-            Sizes::Many => {
-                self.simd.run(Batch::<_, _, { MOST_INPUTS + GROUP }, MOST_WIDTH> { material, source, sink })
-            }
-        }
+        sized!(self, |INPUTS, WIDTH| Batch::<_, _, INPUTS, WIDTH> { material, source, sink })
     }
 
     /// The opacity, where it takes no network to know it.
@@ -257,10 +263,7 @@ impl SilhouetteBtf for Material {
             return alpha;
         }
         let (material, view) = (self, View::new(self, uv, wo, kappa_hat));
-        match self.sizes {
-            Sizes::Few => self.simd.run(Alpha::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, view }),
-            Sizes::Many => self.simd.run(Alpha::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, view }),
-        }
+        sized!(self, |INPUTS, WIDTH| Alpha::<INPUTS, WIDTH> { material, view })
     }
 
     fn enter(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Entry {
@@ -270,49 +273,25 @@ impl SilhouetteBtf for Material {
     fn rgb(&self, entry: &Entry, wi: Vec3) -> Vec3 {
         let view = View::new(self, entry.uv, entry.wo, entry.kappa_hat);
         let (material, uv) = (self, entry.hit_uv);
-        match self.sizes {
-            Sizes::Few => self.simd.run(ColourAt::<COLOUR_INPUTS, FEW_WIDTH> { material, view, uv, wi }),
-            Sizes::Many => self.simd.run(ColourAt::<COLOUR_INPUTS, MOST_WIDTH> { material, view, uv, wi }),
-        }
+        sized!(self, |INPUTS, WIDTH| ColourAt::<COLOUR_INPUTS, WIDTH> { material, view, uv, wi })
     }
 
     fn alpha_batch(&self, rays: &[Incidence], alphas: &mut [f32]) {
         assert_eq!(rays.len(), alphas.len(), "an opacity for every ray");
         let material = self;
-        match self.sizes {
-            Sizes::Few => {
-                self.simd.run(AlphaBatch::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, rays, alphas });
-            }
-            Sizes::Many => {
-                self.simd.run(AlphaBatch::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, rays, alphas });
-            }
-        }
+        sized!(self, |INPUTS, WIDTH| AlphaBatch::<INPUTS, WIDTH> { material, rays, alphas });
     }
 
     fn enter_batch(&self, rays: &[Incidence], entries: &mut [Entry]) {
         assert_eq!(rays.len(), entries.len(), "an entry for every ray");
         let material = self;
-        match self.sizes {
-            Sizes::Few => {
-                self.simd.run(EnterBatch::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, rays, entries });
-            }
-            Sizes::Many => {
-                self.simd.run(EnterBatch::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, rays, entries });
-            }
-        }
+        sized!(self, |INPUTS, WIDTH| EnterBatch::<INPUTS, WIDTH> { material, rays, entries });
     }
 
     fn rgb_batch(&self, entries: &[Entry], wi: &[Vec3], rgb: &mut [Vec3]) {
         assert!(entries.len() == wi.len() && wi.len() == rgb.len(), "a light and a colour for every entry");
         let material = self;
-        match self.sizes {
-            Sizes::Few => {
-                self.simd.run(RgbBatch::<{ FEW_INPUTS + GROUP }, FEW_WIDTH> { material, entries, wi, rgb });
-            }
-            Sizes::Many => {
-                self.simd.run(RgbBatch::<{ MOST_INPUTS + GROUP }, MOST_WIDTH> { material, entries, wi, rgb });
-            }
-        }
+        sized!(self, |INPUTS, WIDTH| RgbBatch::<INPUTS, WIDTH> { material, entries, wi, rgb });
     }
 
     fn eval_batch(&self, queries: &[Query], answers: &mut [Answer]) {
@@ -365,13 +344,6 @@ impl Hit<'_> {
     pub fn rgb_of(&self, wi: &[Vec3], rgb: &mut [Vec3]) {
         assert_eq!(wi.len(), rgb.len(), "a colour for every light");
         let (material, inputs) = (self.material, &self.inputs);
-        match material.sizes {
-            Sizes::Few => {
-                material.simd.run(Colours::<COLOUR_INPUTS, FEW_WIDTH> { material, inputs, wi, rgb });
-            }
-            Sizes::Many => {
-                material.simd.run(Colours::<COLOUR_INPUTS, MOST_WIDTH> { material, inputs, wi, rgb });
-            }
-        }
+        sized!(material, |INPUTS, WIDTH| Colours::<COLOUR_INPUTS, WIDTH> { material, inputs, wi, rgb });
     }
 }

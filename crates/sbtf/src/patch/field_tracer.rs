@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::Sweep;
 use super::first_features::first_features;
-use super::march::BentField;
+use super::march::{BentField, FieldRay};
 use super::tile::{FieldShading, Shading};
 use super::transport::{PatchSample, Space, Transport};
 use crate::micro::HeightField;
@@ -25,6 +25,11 @@ impl FieldTracer {
         Self { sweep: Sweep::new(field), shading: FieldShading::new(field, shading) }
     }
 
+    /// The field around the point where a viewer's ray enters, and that ray.
+    pub fn bent(&self, uv: Vec2, kappa: f32, wo: Vec3, wi: Vec3) -> (BentField<'_>, FieldRay) {
+        BentField::new(&self.sweep, &self.shading, uv, kappa, wo, wi)
+    }
+
     /// What feature textures may begin with.
     pub fn first_features(&self, which: Features, shape: TextureShape, random: &mut Random) -> Vec<f32> {
         first_features(self.shading.field(), &self.shading.normals(), which, shape, random)
@@ -35,7 +40,7 @@ impl FieldTracer {
         if !self.sweep.hits(uv, wo, kappa) {
             return None;
         }
-        let (space, ray) = BentField::new(&self.sweep, &self.shading, uv, kappa, wo, Vec3::Z);
+        let (space, ray) = self.bent(uv, kappa, wo, Vec3::Z);
         Some(space.closest(&ray).map_or(Vec2::ZERO, |t| space.offset(&ray, t)))
     }
 
@@ -53,7 +58,7 @@ impl FieldTracer {
         if !self.sweep.hits(uv, wo, kappa_hat) {
             return None;
         }
-        let (space, ray) = BentField::new(&self.sweep, &self.shading, uv, kappa_hat, wo, wi);
+        let (space, ray) = self.bent(uv, kappa_hat, wo, wi);
         let Some(hit) = space.closest(&ray) else {
             return Some(PatchSample { offset: Vec2::ZERO, rgb: Vec3::ZERO });
         };

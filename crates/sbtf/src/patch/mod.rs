@@ -28,7 +28,6 @@ pub use export::{ExportError, export_dataset};
 pub(crate) use field_tracer::FieldTracer;
 pub use grazing::{GrazingOptions, OpacityStudy};
 pub use height_tile::height_tile;
-pub(crate) use march::BentField;
 pub(crate) use pool::PatchPool;
 pub use surface::Patch;
 pub use sweep::Sweep;

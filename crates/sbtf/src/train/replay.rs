@@ -6,8 +6,8 @@
 
 use std::collections::VecDeque;
 
-use super::task::{Rows, Task};
-use crate::samples::SampleSource;
+use super::task::Task;
+use crate::samples::{Rows, SampleSource};
 
 /// Batches of the source between two uses of a part.
 const LAG: u64 = 5;

@@ -8,11 +8,11 @@ use super::learner::{LearnerState, Update};
 use super::options::{Supervision, TrainOptions};
 use super::replay::Replay;
 use super::report::{CurvePoint, Recovery, Scores, TrainReport, Trial};
-use super::task::{Rows, Task};
+use super::task::Task;
 use super::trainer::TrainError;
 use crate::model::Architecture;
 use crate::random::Random;
-use crate::samples::SampleSource;
+use crate::samples::{Rows, SampleSource};
 
 /// Index of the first batch that is held out for scores; training never gets that far.
 pub const HELD_OUT: u64 = 1 << 62;

@@ -1,7 +1,5 @@
 //! [`Task`]: what the training loop needs of a learner.
 
-use std::ops::Range;
-
 use super::appearance::{AppearanceLearner, AppearanceSums};
 use super::learner::{Learner, Update};
 use super::opacity::{OpacityLearner, OpacitySums};
@@ -9,31 +7,7 @@ use super::options::TrainOptions;
 use super::report::{Scores, Stage};
 use crate::model::Architecture;
 use crate::random::Random;
-use crate::samples::{AppearanceBatch, Features, OpacityBatch, SampleSource};
-
-/// Samples as a structure of arrays.
-pub(super) trait Rows: Default + Send + Sync {
-    /// Gives all arrays this length.
-    fn resize(&mut self, count: usize);
-    /// Takes these rows over from another batch.
-    fn copy_rows(&mut self, from: &Self, rows: Range<usize>);
-}
-
-macro_rules! rows {
-    ($batch:ty) => {
-        impl Rows for $batch {
-            fn resize(&mut self, count: usize) {
-                self.resize(count);
-            }
-
-            fn copy_rows(&mut self, from: &Self, rows: Range<usize>) {
-                self.copy_rows(from, rows);
-            }
-        }
-    };
-}
-rows!(OpacityBatch);
-rows!(AppearanceBatch);
+use crate::samples::{AppearanceBatch, Features, OpacityBatch, Rows, SampleSource};
 
 /// Something that the training loop can train.
 pub(super) trait Task {

@@ -154,15 +154,12 @@ fn named_microstructure(
             bail!("{}: does not say what it was trained on; give --micro", models[0].display())
         }
     };
-    let mut micro =
+    let micro =
         load_micro(&name, console).with_context(|| format!("{}: its microstructure", models[0].display()))?;
-    // Trained with --depth. A mesh has one depth; if it is another, the hash tells.
-    if let Some(depth) =
-        sources[0].map(|source| source.depth).filter(|&depth| depth != micro.geometry.depth())
-        && let Some(deeper) = micro.clone().with_depth(depth)
-    {
-        micro = deeper;
-    }
+    let micro = match sources[0] {
+        Some(source) => source.at_its_depth(micro),
+        None => micro,
+    };
     let hash = micro.hash();
     for (path, source) in models.iter().zip(sources) {
         if let Some(source) = source.filter(|source| source.sha256 != hash) {

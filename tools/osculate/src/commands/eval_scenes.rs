@@ -104,13 +104,14 @@ pub fn run(
     console: &Console,
     reporter: &Reporter,
 ) -> Result<Outcome> {
-    if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
     let candidates = models.iter().map(|path| candidate(path, console)).collect::<Result<Vec<_>>>()?;
     let baselines: Vec<(PathBuf, ModelFile)> =
         args.baseline.iter().map(|path| Ok((path.clone(), ModelFile::read(path)?))).collect::<Result<_>>()?;
     let subjects = args.scenes.iter().map(|name| Subject::new(name, console)).collect::<Result<Vec<_>>>()?;
+    // Before the work, that it is not for nothing; after what may be refused, that nothing is written then.
+    if let Some(folder) = &args.output {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
     let mut results = Vec::new();
     let mut shown = Vec::new();
     for candidate in &candidates {
