@@ -127,13 +127,14 @@ fn sound(estimate: &VertexCurvature, normals: &[Vec3]) -> Result<(), &'static st
     }
 }
 
-/// The unit normals of the triangles at every vertex, equal positions merged.
+/// The unit normals of the triangles at every vertex, equal positions merged. Each is taken at all three corners: of a needle
+/// whose short side is lost in the rounding of the long ones, only the corners of the short side know where it faces.
 fn triangle_normals(mesh: &Mesh) -> Vec<Vec<Vec3>> {
     let surface = Surface::new(mesh, Weld::Exact);
     let incident = Adjacency::triangles_of_vertices(surface.triangles(), surface.positions().len());
     let at = |vertex: usize| {
-        let triangles = incident.row(vertex).iter();
-        triangles.filter_map(|&t| triangle_normal(surface.corners(t as usize))).collect()
+        let corners = incident.row(vertex).iter().map(|&t| surface.corners(t as usize));
+        corners.flat_map(|[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]).filter_map(triangle_normal).collect()
     };
     surface.spread((0..surface.positions().len()).map(at).collect())
 }
