@@ -62,7 +62,10 @@ impl Console {
         let bar = ProgressBar::with_draw_target(None, self.target());
         bar.set_style(style("{spinner} {msg} [{elapsed}]"));
         bar.set_message(message.to_owned());
-        bar.enable_steady_tick(Duration::from_millis(100));
+        // That takes a thread, which nobody would see.
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(Duration::from_millis(100));
+        }
         Step(bar)
     }
 

@@ -31,6 +31,12 @@ pub fn bake(mesh: Mesh, source: Source, options: &BakeOptions) -> Result<BakedMe
         Facing::Kept => mesh,
         Facing::Flipped => mesh.flipped(),
     };
+    options.curvature.validate()?;
+    // All of it by a thread of the pool, so that no step begins with one that has to wake up.
+    rayon::scope(|_| bake_in_pool(mesh, source, options))
+}
+
+fn bake_in_pool(mesh: Mesh, source: Source, options: &BakeOptions) -> Result<BakedMesh, OptionsError> {
     let surface = Surface::new(&mesh, options.weld);
     let estimated = estimate(&surface, &options.curvature)?;
     let filter = options.filter.map(|filter| {

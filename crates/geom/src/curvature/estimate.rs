@@ -39,12 +39,17 @@ pub fn estimate(
     options: &CurvatureOptions,
 ) -> Result<Vec<VertexCurvature>, OptionsError> {
     options.validate()?;
+    // Steps that follow each other are begun by a thread of the pool: a thread outside would fall asleep and wake up with every one.
+    Ok(rayon::scope(|_| estimate_in_pool(surface, options)))
+}
+
+fn estimate_in_pool(surface: &Surface<'_>, options: &CurvatureOptions) -> Vec<VertexCurvature> {
     let (positions, triangles) = (surface.positions(), surface.triangles());
     let keep = options.features == Features::Keep && options.method != Method::Libigl;
     let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
     let survey = Survey::new(positions, triangles, &incident, LEAST_TURN_COSINE);
     let cut = if keep { Cut::along_creases(positions, triangles, &incident, &survey.turning) } else { None };
-    Ok(match cut {
+    match cut {
         None => estimate_all(positions, triangles, incident, survey, options),
         Some(cut) => {
             drop((incident, survey));
@@ -53,7 +58,7 @@ pub fn estimate(
             let estimates = estimate_all(&cut.positions, &cut.triangles, incident, survey, options);
             cut.join(estimates, positions.len())
         }
-    })
+    }
 }
 
 fn estimate_all(

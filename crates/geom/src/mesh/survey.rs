@@ -11,7 +11,7 @@ use super::{Adjacency, triangle_normal};
 use crate::Vec3;
 
 /// Vertices handled by one task: enough to make its vectors worth their allocation.
-const BLOCK: usize = 1 << 13;
+const BLOCK: usize = 1 << 11;
 
 /// The surroundings of every vertex.
 #[derive(Debug)]
