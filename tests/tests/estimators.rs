@@ -116,6 +116,19 @@ fn unit_sphere_is_plus_one() {
 }
 
 #[test]
+fn triangles_that_agree_are_not_taken_for_the_truth() {
+    // On a sphere every triangle of `normals` says the same. What chords leave out is stated all the same, and falls with the
+    // square of the edge.
+    let stated = |level: u32| {
+        let mesh = shapes::icosphere(2.0, level);
+        quantile(run(&mesh, &options(Method::Normals)).iter().map(|e| 2.0 * e.error), 50)
+    };
+    let [coarse, fine] = [3, 4].map(stated);
+    assert!((1e-3..0.1).contains(&coarse), "{coarse}");
+    assert!((3.8..4.2).contains(&(coarse / fine)), "{coarse} {fine}");
+}
+
+#[test]
 fn scale_orientation_and_threads() {
     let mesh = StudyShape::Torus.mesh(1000, 5);
     let moved = |scale: f64, flip: bool| {

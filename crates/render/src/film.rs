@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::math::luminance;
+use crate::schedule::Tile;
 
 /// What a pixel has received. Even and odd samples come from independently scrambled sequences, so the difference of their
 /// means measures the error, which the spread of stratified samples would overstate.
@@ -95,6 +96,16 @@ impl Film {
     #[must_use]
     pub fn variance(&self) -> Vec<f32> {
         self.pixels.iter().map(PixelSum::variance).collect()
+    }
+
+    /// Sum over the pixels of a tile of the variance of their mean luminance, as [`Self::noise`] estimates it; without samples zero.
+    pub(crate) fn variance_in(&self, tile: Tile) -> f64 {
+        let row = |y: u32| {
+            let start = (y * self.width + tile.corner[0]) as usize;
+            &self.pixels[start..start + tile.size[0] as usize]
+        };
+        let rows = tile.corner[1]..tile.corner[1] + tile.size[1];
+        rows.flat_map(row).filter_map(PixelSum::halves_variance).map(f64::from).sum()
     }
 
     /// Root mean square over the pixels of the standard error of their luminance, divided by the mean luminance.

@@ -18,7 +18,7 @@ use crate::lights::LightSample;
 use crate::prepared::Prepared;
 use crate::sampler::Sampler;
 use crate::shading::ShadingPoint;
-use crate::silhouette::{Met, SilhouettePoint};
+use crate::silhouette::{Met, Purpose, SilhouettePoint};
 use crate::vertex::Vertex;
 
 /// Radiance along a camera ray.
@@ -181,7 +181,7 @@ fn next_surface<'a>(
     }
     let mut chance = sampler.next_1d();
     loop {
-        let (opacity, silhouette) = opacity_of(scene, effects, &hit, ray.direction, counters);
+        let (opacity, silhouette) = opacity_of(scene, effects, &hit, ray.direction, Purpose::Path, counters);
         if chance < opacity {
             return Some(Found { hit, silhouette });
         }
@@ -200,16 +200,16 @@ fn opacity_of<'a>(
     effects: Effects,
     hit: &Hit,
     direction: Vec3,
+    purpose: Purpose,
     counters: &mut Counters,
 ) -> (f32, Option<SilhouettePoint<'a>>) {
-    if effects.silhouettes
-        && let Some(met) = Met::new(scene, hit, -direction)
-    {
-        let Met::Front(point) = met else { return (0.0, None) };
-        counters.opacity_queries += 1;
-        return (point.alpha(), Some(point));
+    let met = if effects.silhouettes { Met::new(scene, hit, -direction, purpose, counters) } else { None };
+    match met {
+        Some(Met::Front(point)) => (point.alpha(counters), Some(point)),
+        Some(Met::Opaque) => (1.0, None),
+        Some(Met::Back) => (0.0, None),
+        None => (plain_opacity(scene, hit), None),
     }
-    (plain_opacity(scene, hit), None)
 }
 
 /// Opacity of a surface without silhouettes.
@@ -281,7 +281,7 @@ fn transmittance(
     }
     let mut left = 1.0;
     while let Some(hit) = scene.geometry.closest_hit(&ray) {
-        left *= 1.0 - opacity_of(scene, effects, &hit, ray.direction, counters).0;
+        left *= 1.0 - opacity_of(scene, effects, &hit, ray.direction, Purpose::Shadow, counters).0;
         if left <= 0.0 {
             return 0.0;
         }

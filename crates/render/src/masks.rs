@@ -4,10 +4,11 @@ use osculate_geom::rays::Ray;
 use rayon::prelude::*;
 
 use crate::camera::Camera;
+use crate::counters::Counters;
 use crate::integrator::plain_opacity;
 use crate::prepared::{Prepared, SceneError};
 use crate::scene::{Role, Scene};
-use crate::silhouette::Met;
+use crate::silhouette::{Met, Purpose};
 
 /// Which samples of a picture are covered.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,11 +61,13 @@ pub fn coverage(scene: &Scene, cameras: &[Camera]) -> Result<Vec<Mask>, SceneErr
 }
 
 fn is_stopped(scene: &Prepared, mut ray: Ray) -> bool {
+    let mut counters = Counters::default();
     while let Some(hit) = scene.geometry.closest_hit(&ray) {
         let Some((object, _)) = scene.object_of(hit.triangle) else { return false };
-        let opacity = match Met::new(scene, &hit, -ray.direction) {
+        let opacity = match Met::new(scene, &hit, -ray.direction, Purpose::Shadow, &mut counters) {
             Some(Met::Back) => 0.0,
-            Some(Met::Front(point)) => point.alpha(),
+            Some(Met::Opaque) => 1.0,
+            Some(Met::Front(point)) => point.alpha(&mut counters),
             None => plain_opacity(scene, &hit),
         };
         if opacity >= 0.5 {

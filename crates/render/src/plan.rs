@@ -6,6 +6,8 @@ use glam::Vec3;
 use osculate_geom::field::FilterKind;
 use serde::Serialize;
 
+use crate::counters::Counters;
+use crate::demand::{Demand, Reason, demands};
 use crate::effects::Effects;
 use crate::lights::{Environment, Light};
 use crate::scene::{Material, MeshInstance, Scene, SurfaceSource};
@@ -24,11 +26,30 @@ pub struct Decision {
     pub relative_cost: f32,
 }
 
+/// What the material of one object with silhouettes is told.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObjectDecision {
+    /// Number of the object in the scene, from 0.
+    pub object: usize,
+    /// Name of its material; may be empty.
+    pub material: String,
+    /// Whether the material is told the curvature along the ray; otherwise it is 0.
+    pub curvature: bool,
+    /// Why or why not.
+    pub curvature_reason: String,
+    /// Whether the material is asked for its opacity; otherwise front faces are opaque.
+    pub opacity: bool,
+    /// Why or why not.
+    pub opacity_reason: String,
+}
+
 /// What is simulated in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectPlan {
     /// One decision per effect.
     pub decisions: Vec<Decision>,
+    /// One entry per object whose material has silhouettes.
+    pub objects: Vec<ObjectDecision>,
     effects: Effects,
 }
 
@@ -37,6 +58,41 @@ impl EffectPlan {
     #[must_use]
     pub fn effects(&self) -> Effects {
         self.effects
+    }
+
+    /// Decisions that differ in more than the object's number, with how many objects have each.
+    fn alike_objects(&self) -> Vec<(&ObjectDecision, usize)> {
+        let mut found: Vec<(&ObjectDecision, usize)> = Vec::new();
+        for o in &self.objects {
+            let same = |known: &ObjectDecision| ObjectDecision { object: o.object, ..known.clone() } == *o;
+            match found.iter_mut().find(|(known, _)| same(known)) {
+                Some((_, count)) => *count += 1,
+                None => found.push((o, 1)),
+            }
+        }
+        found
+    }
+
+    /// What was done although the plan says that it is not called for: a defect, and worth reporting. Empty if the plan was kept.
+    #[must_use]
+    pub fn contradictions(&self, counters: &Counters) -> Vec<String> {
+        let spent = |effect: &str| match effect {
+            "environment" => counters.environment_samples,
+            "area lights" => counters.area_light_samples,
+            "directional lights" => counters.directional_samples,
+            "interreflection" => counters.bounce_rays,
+            "textures" => counters.texture_lookups,
+            "silhouettes" => counters.reflectance_queries,
+            "silhouette opacity" => counters.opacity_queries,
+            "depth of field" => counters.lens_samples,
+            "curvature" => counters.curvature_evaluations,
+            "curvature filter" => counters.filter_walks,
+            _ => 0,
+        };
+        let broken = self.decisions.iter().filter(|d| !d.needed && spent(d.effect) > 0);
+        broken
+            .map(|d| format!("{}: not planned ({}), done {} times", d.effect, d.reason, spent(d.effect)))
+            .collect()
     }
 
     /// The decision on an effect by its name.
@@ -53,13 +109,24 @@ impl fmt::Display for EffectPlan {
                 if d.needed { ("yes", format!("{:>5.2}", d.relative_cost)) } else { ("no", "    -".into()) };
             writeln!(f, "{:<20} {mark:<3} {cost}  {}", d.effect, d.reason)?;
         }
+        for (o, count) in self.alike_objects() {
+            let word = |yes: bool| if yes { "yes" } else { "no" };
+            let name = match count {
+                1 => format!("object {}", o.object),
+                _ => format!("{count} objects"),
+            };
+            let name = if o.material.is_empty() { name } else { format!("{name}: {}", o.material) };
+            writeln!(f, "{name:<20} {:<3}        curvature: {}", word(o.curvature), o.curvature_reason)?;
+            writeln!(f, "{:<20} {:<3}        opacity: {}", "", word(o.opacity), o.opacity_reason)?;
+        }
         Ok(())
     }
 }
 
 /// Examines a scene for paths of at most `max_depth` surfaces.
 ///
-/// Every "no" is exact: the effect could not change a bit of the picture. The picture is colour; curvature is evaluated only
+/// Every "no" is exact: the effect could not change a bit of the picture. With one exception, on objects that are flat: there curvature
+/// is what rounding leaves of zero and counts as zero (below 1e-5 over the size of a triangle). The picture is colour; curvature is evaluated only
 /// when pictures of curvature are asked for, see [`crate::aov::aovs`].
 #[must_use]
 pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
@@ -86,7 +153,15 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         silhouettes: silhouettes > 0,
         depth_of_field,
     };
-    let (curvature, filter) = curvature(scene);
+    let demands = demands(scene);
+    let (curvature, filter) = curvature(scene, &demands);
+    let objects = object_decisions(scene, &demands);
+    let asked = objects.iter().filter(|o| o.opacity).count();
+    let opacity = match (objects.len(), asked) {
+        (0, _) => Err("no surfaces have silhouettes".to_owned()),
+        (all, 0) => Err(format!("all {all} surfaces with silhouettes are known to be opaque")),
+        (all, asked) => Ok(format!("{asked} of {all} surfaces with silhouettes may let rays pass")),
+    };
     let decisions = vec![
         decided("environment", environment, 0.5),
         counted("area lights", rectangles, "rectangle lights", 0.5),
@@ -95,6 +170,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         counted("textures", textured, "surfaces have a texture", 0.05),
         counted("transparency", see_through, "surfaces let light through", 0.5),
         counted("silhouettes", silhouettes, "surfaces have silhouettes", 1.0),
+        decided("silhouette opacity", opacity, 0.2),
         Decision {
             effect: "depth of field",
             needed: depth_of_field,
@@ -105,33 +181,45 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         decided("curvature", curvature, 0.1),
         decided("curvature filter", filter, 0.3),
     ];
-    EffectPlan { decisions, effects }
+    EffectPlan { decisions, objects, effects }
 }
 
 /// The reasons for curvature and for its filter, or against them.
-fn curvature(scene: &Scene) -> (Result<String, String>, Result<String, String>) {
-    let has_silhouettes =
-        |o: &&MeshInstance| matches!(&o.surface, SurfaceSource::Material(m) if m.silhouette.is_some());
-    let asking = scene.objects.iter().filter(has_silhouettes).count();
+fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
+    let asking: Vec<&Demand> = demands.iter().flatten().collect();
     let curved = |o: &&MeshInstance| o.curvature.is_some() || o.field.is_some();
     let baked = scene.objects.iter().filter(curved).count();
-    let bent = scene.objects.iter().filter(has_silhouettes).filter(curved).count();
+    let told = asking.iter().filter(|demand| demand.curvature.is_ok()).count();
     let by = scene.filter.name();
-    if asking == 0 {
+    if asking.is_empty() {
         let reason =
             format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
         return (Err(reason.clone()), Err(format!("{reason}, by `{by}`")));
     }
-    if bent == 0 {
-        let reason = "no object whose material asks for curvature carries any: taken as flat".to_owned();
+    if told == 0 {
+        let reason = "no object whose material asks for curvature carries any but zero".to_owned();
         return (Err(reason.clone()), Err(reason));
     }
-    let reason = format!("asked for by the materials of {asking} objects, {bent} of which carry curvature");
+    let reason = format!("asked for by the materials of {} objects, {told} of which are bent", asking.len());
     let filter = match scene.filter {
         FilterKind::Point => Err("curvature is taken at the point".into()),
-        _ => Ok(format!("`{by}`, for {bent} objects")),
+        _ => Ok(format!("`{by}`, for {told} objects")),
     };
     (Ok(reason), filter)
+}
+
+fn object_decisions(scene: &Scene, demands: &[Option<Demand>]) -> Vec<ObjectDecision> {
+    let decision = |(object, (instance, demand)): (usize, (&MeshInstance, &Option<Demand>))| {
+        let Demand { curvature, opacity } = demand.clone()?;
+        let material = match &instance.surface {
+            SurfaceSource::Material(material) => material.name.clone(),
+            SurfaceSource::Mesh => String::new(),
+        };
+        let split = |reason: Reason| (reason.is_ok(), reason.unwrap_or_else(|reason| reason));
+        let ((curvature, curvature_reason), (opacity, opacity_reason)) = (split(curvature), split(opacity));
+        Some(ObjectDecision { object, material, curvature, curvature_reason, opacity, opacity_reason })
+    };
+    std::iter::zip(&scene.objects, demands).enumerate().filter_map(decision).collect()
 }
 
 struct Traits {

@@ -4,13 +4,16 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::Vec3;
+use osculate_geom::field::FilterKind;
 use osculate_geom::mesh::{Weld, smooth_normals};
 use osculate_geom::rays::{Bvh, Hit, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 use osculate_sbtf::brdf::EnergyTable;
 use thiserror::Error;
 
+use crate::counters::Counters;
 use crate::curvature::ObjectPoint;
+use crate::demand::{Demand, demands};
 use crate::geometry::{Geometry, Placed};
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
@@ -97,6 +100,23 @@ pub(crate) struct Prepared {
     pub suns: Vec<Sun>,
     pub environment: Option<EnvironmentSampler>,
     pub energy: EnergyTable,
+    /// Per object; all of it where there are no silhouettes.
+    told: Vec<Told>,
+    /// Whether the objects' fields walk.
+    walks: bool,
+}
+
+/// What a material with silhouettes is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Told {
+    /// The curvature and the rate of UV along the ray; otherwise it takes the surface for flat.
+    pub curvature: bool,
+    /// Whether it is asked for its opacity at all.
+    pub opacity: bool,
+}
+
+impl Told {
+    const ALL: Self = Self { curvature: true, opacity: true };
 }
 
 impl Prepared {
@@ -145,7 +165,19 @@ impl Prepared {
             suns,
             environment: EnvironmentSampler::new(&scene.environment),
             energy: EnergyTable::new(),
+            told: told(scene),
+            walks: scene.filter != FilterKind::Point,
         })
+    }
+
+    /// Asks everything everywhere, to check that leaving out changes nothing.
+    pub(crate) fn tell_all(&mut self) {
+        self.told.fill(Told::ALL);
+    }
+
+    /// What the material of a triangle of an object is told.
+    pub(crate) fn told(&self, triangle: u32) -> Told {
+        self.object_of(triangle).map_or(Told::ALL, |(object, _)| self.told[object])
     }
 
     /// The area light that a triangle belongs to.
@@ -188,9 +220,12 @@ impl Prepared {
     }
 
     /// Curvature for the ray that comes from `wo` and hits an object, 1/length in the world.
-    pub(crate) fn ray_curvature(&self, hit: &Hit, wo: Vec3) -> Option<RayCurvature> {
-        let (object, triangle) = self.object_of(hit.triangle)?;
-        ObjectPoint { object: &self.objects[object], triangle, barycentrics: hit.barycentrics }.ask(wo)
+    pub(crate) fn ray_curvature(&self, hit: &Hit, wo: Vec3, counters: &mut Counters) -> Option<RayCurvature> {
+        let (index, triangle) = self.object_of(hit.triangle)?;
+        let object = &self.objects[index];
+        counters.curvature_evaluations += u64::from(object.field.is_some() || object.curvature.is_some());
+        counters.filter_walks += u64::from(self.walks && object.field.is_some());
+        ObjectPoint { object, triangle, barycentrics: hit.barycentrics }.ask(wo)
     }
 
     /// The object that a triangle belongs to, and its number there.
@@ -206,6 +241,11 @@ impl Prepared {
             self.object_starts[self.object_starts.partition_point(|&(start, _)| start <= triangle) - 1];
         Some((object, triangle - start))
     }
+}
+
+fn told(scene: &Scene) -> Vec<Told> {
+    let of = |demand: Demand| Told { curvature: demand.curvature.is_ok(), opacity: demand.opacity.is_ok() };
+    demands(scene).into_iter().map(|demand| demand.map_or(Told::ALL, of)).collect()
 }
 
 /// A triangle in the world, with what its vertices carry.

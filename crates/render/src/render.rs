@@ -16,27 +16,23 @@ use crate::plan::plan;
 use crate::prepared::{Prepared, SceneError};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::scene::Scene;
+use crate::schedule::{Order, Schedule, TILE, Tile};
 use crate::wavefront::{Path, trace};
-
-/// Side of a tile in pixels: small enough to balance the load, large enough that the overhead does not show.
-const TILE: u32 = 16;
-
-/// Most samples per pixel in one pass. Between passes stopping rules are checked.
-const PASS: u32 = 16;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StopRule {
     /// After this many samples per pixel.
     Samples(u32),
-    /// When [`Film::noise`] is below this, or after `most` samples per pixel.
+    /// When [`Film::noise`] is below this, or after `most` samples in every pixel. Tiles get samples by their share in the noise.
     Noise {
         /// Relative root mean square error.
         target: f64,
         /// Bound on the samples per pixel.
         most: u32,
     },
-    /// Before this much time has passed, but after one pass. The only rule whose result depends on the machine.
+    /// Before this much time has passed, but after one pass. Tiles get samples by their share in the noise. The only rule whose result
+    /// depends on the machine.
     Time(Duration),
 }
 
@@ -76,7 +72,8 @@ pub struct RenderOptions {
     pub strategy: Strategy,
     /// How materials with silhouettes are asked. Default: in batches.
     pub queries: Queries,
-    /// Effects to simulate instead of the planned ones, to check that planning changes nothing.
+    /// Effects to simulate instead of the planned ones, to check that planning changes nothing; materials with silhouettes are then
+    /// asked everything everywhere.
     pub force: Option<Effects>,
 }
 
@@ -97,8 +94,8 @@ impl Default for RenderOptions {
 /// How far a render has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Samples per pixel so far.
-    pub samples: u32,
+    /// Samples per pixel so far, in the mean.
+    pub samples: f64,
     /// Share of the work that is done, in `[0, 1]`; an estimate unless the rule counts samples.
     pub fraction: f64,
     /// [`Film::noise`].
@@ -112,8 +109,10 @@ pub struct Progress {
 pub struct Rendering {
     /// The picture.
     pub film: Film,
-    /// Samples per pixel.
-    pub samples: u32,
+    /// Samples per pixel, in the mean.
+    pub samples: f64,
+    /// Least and most samples of a pixel.
+    pub samples_range: [u32; 2],
     /// What was done.
     pub counters: Counters,
     /// Effects that were simulated.
@@ -142,51 +141,40 @@ pub fn render(
     if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
         return Err(SceneError::ImageSize { width, height });
     }
-    let prepared = Prepared::new(scene)?;
+    let mut prepared = Prepared::new(scene)?;
+    if options.force.is_some() {
+        prepared.tell_all();
+    }
     let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
     let preparation = start.elapsed();
     let pass = Pass { scene, prepared: &prepared, options, effects, radiance: specialised(effects) };
     let mut film = Film::new(width, height);
+    let mut schedule = Schedule::new(width, height, options.stop);
     let mut counters = Counters::default();
-    let mut samples = 0;
     let tracing = Instant::now();
-    while let Some(count) = next_pass(options.stop, samples, film.noise(), tracing.elapsed()) {
-        counters += pass.run(&mut film, samples, count);
-        samples += count;
-        let (noise, elapsed) = (film.noise(), tracing.elapsed());
+    loop {
+        let orders = schedule.next(&film, tracing.elapsed());
+        if orders.is_empty() {
+            break;
+        }
+        counters += pass.run(&mut film, &mut schedule, &orders);
+        let (samples, noise, elapsed) = (schedule.samples(), film.noise(), tracing.elapsed());
         let fraction = fraction(options.stop, samples, noise, elapsed);
         if progress(&Progress { samples, fraction, noise, elapsed }).is_break() {
             break;
         }
     }
-    Ok(Rendering { film, samples, counters, effects, preparation, tracing: tracing.elapsed() })
+    let (samples, samples_range) = (schedule.samples(), schedule.range());
+    Ok(Rendering { film, samples, samples_range, counters, effects, preparation, tracing: tracing.elapsed() })
 }
 
-/// How many samples the next pass takes, or `None` at the end.
-fn next_pass(stop: StopRule, done: u32, noise: Option<f64>, elapsed: Duration) -> Option<u32> {
-    // Starts small, so that there is something to look at, and that a short time is not overrun by much.
-    let next = done.clamp(2, PASS);
+fn fraction(stop: StopRule, done: f64, noise: Option<f64>, elapsed: Duration) -> f64 {
     match stop {
-        StopRule::Samples(total) => (done < total).then(|| next.min(total - done)),
-        StopRule::Noise { target, most } => {
-            // A few samples can miss a light altogether and look free of noise.
-            let reached = done >= 8 && noise.is_none_or(|noise| noise <= target);
-            (done < most && !reached).then(|| next.min(most - done))
-        }
-        StopRule::Time(limit) => {
-            let per_sample = elapsed.div_f64(f64::from(done.max(1)));
-            (done == 0 || elapsed + per_sample * next < limit).then_some(next)
-        }
-    }
-}
-
-fn fraction(stop: StopRule, done: u32, noise: Option<f64>, elapsed: Duration) -> f64 {
-    match stop {
-        StopRule::Samples(total) => f64::from(done) / f64::from(total),
+        StopRule::Samples(total) => done / f64::from(total),
         // The error falls with the root of the number of samples.
         StopRule::Noise { target, most } => {
             let by_noise = noise.map_or(0.0, |noise| (target / noise).powi(2));
-            by_noise.max(f64::from(done) / f64::from(most)).min(1.0)
+            by_noise.max(done / f64::from(most)).min(1.0)
         }
         StopRule::Time(limit) => (elapsed.as_secs_f64() / limit.as_secs_f64()).min(1.0),
     }
@@ -201,33 +189,30 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Adds samples `first..first + count` of every pixel.
-    fn run(&self, film: &mut Film, first: u32, count: u32) -> Counters {
-        let columns = self.scene.width.div_ceil(TILE);
-        let rows = self.scene.height.div_ceil(TILE);
+    /// Carries out orders.
+    fn run(&self, film: &mut Film, schedule: &mut Schedule, orders: &[Order]) -> Counters {
         // Each tile is summed on its own and merged in order, so threads do not change the result.
-        let tiles: Vec<(Vec<PixelSum>, Counters)> = (0..columns * rows)
-            .into_par_iter()
-            .map(|tile| self.tile(TILE * (tile % columns), TILE * (tile / columns), first, count))
+        let tiles: Vec<(Vec<PixelSum>, Counters)> = orders
+            .par_iter()
+            .map(|order| self.tile(schedule.tile(order.tile), order.first, order.count))
             .collect();
         let mut counters = Counters::default();
-        for ((sums, counted), tile) in tiles.iter().zip(0..) {
-            let (x, y) = (TILE * (tile % columns), TILE * (tile / columns));
-            let width = TILE.min(self.scene.width - x);
+        for ((sums, counted), order) in tiles.iter().zip(orders) {
+            let Tile { corner: [x, y], size: [width, _] } = schedule.tile(order.tile);
             for (row, line) in (y..).zip(sums.chunks(width as usize)) {
                 film.merge_row(x, row, line);
             }
+            schedule.note(*order, counted);
             counters += *counted;
         }
         counters
     }
 
-    fn tile(&self, x0: u32, y0: u32, first: u32, count: u32) -> (Vec<PixelSum>, Counters) {
+    fn tile(&self, tile: Tile, first: u32, count: u32) -> (Vec<PixelSum>, Counters) {
         let mut counters = Counters::default();
-        let width = self.scene.width;
-        let columns = x0..(x0 + TILE).min(width);
-        let rows = y0..(y0 + TILE).min(self.scene.height);
-        let pixels = rows.flat_map(|y| columns.clone().map(move |x| [x, y]));
+        let Tile { corner: [x0, y0], size } = tile;
+        let rows = y0..y0 + size[1];
+        let pixels = rows.flat_map(|y| (x0..x0 + size[0]).map(move |x| [x, y]));
         let samples = pixels.flat_map(|pixel| (first..first + count).map(move |index| (pixel, index)));
         let values = match self.options.queries {
             Queries::Batched { paths } if self.effects.silhouettes => {

@@ -10,6 +10,7 @@ use glam::{Mat2, Vec2, Vec3};
 use osculate_geom::rays::{Hit, SurfacePoint};
 use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
+use crate::counters::Counters;
 use crate::math::Frame;
 use crate::prepared::{Facet, Prepared};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
@@ -17,10 +18,21 @@ use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 /// What answers queries.
 pub(crate) type Btf = dyn SilhouetteBtf + Send + Sync;
 
+/// What for a ray asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// To go on from there.
+    Path,
+    /// To know what gets through.
+    Shadow,
+}
+
 /// A ray that meets the bounding surface of a material with silhouettes.
 pub(crate) enum Met<'a> {
     /// From inside: nothing is there.
     Back,
+    /// What stops every ray, and that was all that was asked.
+    Opaque,
     /// Where it enters.
     Front(SilhouettePoint<'a>),
 }
@@ -43,11 +55,19 @@ pub(crate) struct SilhouettePoint<'a> {
     uv: Vec2,
     wo: Vec3,
     kappa_hat: f32,
+    /// Whether the opacity is not known beforehand.
+    asks_opacity: bool,
 }
 
 impl<'a> Met<'a> {
     /// What the ray that comes from direction `wo` (unit) meets; `None` if the triangle's material has no silhouettes.
-    pub(crate) fn new(scene: &'a Prepared, hit: &Hit, wo: Vec3) -> Option<Self> {
+    pub(crate) fn new(
+        scene: &'a Prepared,
+        hit: &Hit,
+        wo: Vec3,
+        purpose: Purpose,
+        counters: &mut Counters,
+    ) -> Option<Self> {
         let material = scene.material_of(hit.triangle)?.silhouette.as_ref()?;
         let surface = scene.geometry.surface_point(hit);
         let [a, b, c] = hit.barycentrics;
@@ -57,12 +77,17 @@ impl<'a> Met<'a> {
         if surface.normal.dot(wo) <= 0.0 || normal.dot(wo) <= 0.0 {
             return Some(Self::Back);
         }
+        let told = scene.told(hit.triangle);
+        if purpose == Purpose::Shadow && !told.opacity {
+            return Some(Self::Opaque);
+        }
         let frame = Frame::new(normal);
         let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
         let uv_from_tangent = uv_per_length(corners, uvs, &frame);
-        let along = scene.ray_curvature(hit, wo);
-        Some(Self::Front(SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo)))
+        let along = if told.curvature { scene.ray_curvature(hit, wo, counters) } else { None };
+        let point = SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo);
+        Some(Self::Front(SilhouettePoint { asks_opacity: told.opacity, ..point }))
     }
 }
 
@@ -101,6 +126,7 @@ impl<'a> SilhouettePoint<'a> {
             uv,
             wo: (-rate * sine * azimuth).extend(local.z).normalize(),
             kappa_hat: along.map_or(0.0, |a| a.kappa) * material.tile_size / (rate * rate),
+            asks_opacity: true,
         }
     }
 
@@ -114,8 +140,17 @@ impl<'a> SilhouettePoint<'a> {
         Incidence { uv: self.uv, wo: self.wo, kappa_hat: self.kappa_hat }
     }
 
+    /// Whether the opacity has to be asked for; otherwise it is 1.
+    pub(crate) fn asks_opacity(&self) -> bool {
+        self.asks_opacity
+    }
+
     /// Share of rays that hit.
-    pub(crate) fn alpha(&self) -> f32 {
+    pub(crate) fn alpha(&self, counters: &mut Counters) -> f32 {
+        if !self.asks_opacity {
+            return 1.0;
+        }
+        counters.opacity_queries += 1;
         self.btf().alpha(self.uv, self.wo, self.kappa_hat)
     }
 

@@ -10,7 +10,8 @@ use osculate_render::aov::{Aov, aovs};
 use osculate_render::output::{ExrLayer, exr_bytes, read_exr};
 use osculate_render::scene::{MeshSource, PreviewOptions, SceneFile};
 use osculate_render::{
-    Effects, Environment, Light, Material, MeshInstance, RenderOptions, Scene, StopRule, Strategy, plan,
+    Effects, Environment, Light, Material, MeshInstance, RectangleLight, RenderOptions, Rendering, Scene,
+    StopRule, Strategy, plan,
 };
 use support::{independent, object, plane, run, scene, sphere};
 
@@ -111,10 +112,44 @@ fn stopping_rules_stop() {
     let scene = preview([32, 24]);
     let stop = |stop| run(&scene, &RenderOptions { stop, ..RenderOptions::default() });
     let noise = stop(StopRule::Noise { target: 0.05, most: 4096 });
-    assert!(noise.film.noise().unwrap() <= 0.05 && noise.samples < 4096, "{} samples", noise.samples);
-    assert_eq!(stop(StopRule::Noise { target: 1e-9, most: 24 }).samples, 24);
-    assert!(stop(StopRule::Time(Duration::ZERO)).samples >= 1);
-    assert_eq!(stop(StopRule::Samples(21)).samples, 21);
+    assert!(noise.film.noise().unwrap() <= 0.05 && noise.samples < 4096.0, "{} samples", noise.samples);
+    assert_eq!(stop(StopRule::Noise { target: 1e-9, most: 24 }).samples_range, [24, 24]);
+    assert!(stop(StopRule::Time(Duration::ZERO)).samples_range[0] >= 1);
+    assert_eq!(stop(StopRule::Samples(21)).samples_range, [21, 21]);
+}
+
+#[test]
+fn samples_go_where_the_noise_is_and_nothing_shifts() {
+    // A ball under a lamp before a sky that is the same everywhere: most tiles have nothing to learn.
+    let ball = object(sphere(24), Material::lambert(Vec3::splat(0.6)));
+    let mut scene = scene(vec![ball], 96, Vec3::new(0.0, 1.0, 12.0), Vec3::ZERO, 24.0);
+    scene.environment = Environment::Constant(Vec3::splat(0.5));
+    let lamp = RectangleLight::facing(Vec3::new(2.0, 3.0, 2.0), Vec3::ZERO, 1.0, 1.0, Vec3::splat(30.0));
+    scene.lights = vec![Light::Rectangle(lamp)];
+    let with = |stop, seed| run(&scene, &RenderOptions { stop, seed, ..RenderOptions::default() });
+    let rule = StopRule::Noise { target: 0.004, most: 4096 };
+    let goal = with(rule, 1);
+    assert!(goal.samples_range[1] > 4 * goal.samples_range[0], "{:?}", goal.samples_range);
+    // Samples everywhere alike that cost at least as many rays leave more noise.
+    let rays = |r: &Rendering| (r.counters.rays + r.counters.shadow_rays) as f64;
+    let one = rays(&with(StopRule::Samples(1), 1));
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred")]
+    let alike = with(StopRule::Samples((rays(&goal) / one).ceil() as u32), 1);
+    let (found, uniform) = (goal.film.noise().unwrap(), alike.film.noise().unwrap());
+    assert!(found < 0.8 * uniform, "{found} {uniform}, {} samples", alike.samples);
+    // Fewer samples where it was quiet do not shift the picture: its mean is that of many other samples, everywhere alike. Noise is
+    // that of single pixels; of a mean it is what is left of it in the root of their number, and 4 of these are next to never there.
+    let other = with(StopRule::Samples(512), 2);
+    let mean = |film: &osculate_render::Film| {
+        film.radiance().iter().map(|c| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722)))).sum::<f64>()
+    };
+    let (a, b) = (mean(&goal.film), mean(&other.film));
+    let noise = found.hypot(other.film.noise().unwrap()) / (goal.film.radiance().len() as f64).sqrt();
+    assert!((a / b - 1.0).abs() < 4.0 * noise, "{a} {b} {noise}");
+    // Numbers of samples come from sums that threads do not change.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    let again = pool.install(|| with(rule, 1));
+    assert_eq!((again.samples_range, again.film.radiance()), (goal.samples_range, goal.film.radiance()));
 }
 
 #[test]

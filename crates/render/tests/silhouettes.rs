@@ -9,13 +9,15 @@ mod support;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
-use osculate_geom::{Mesh, Vec3 as Vec3d};
+use osculate_geom::curvature::{CurvatureOptions, estimate};
+use osculate_geom::mesh::{Surface, Weld};
+use osculate_geom::{Mesh, Vec3 as Vec3d, shapes};
 use osculate_render::scene::{
     DirectionalCurvature, QueryForm, RayCurvature, SilhouetteMaterial, SurfaceSource,
 };
 use osculate_render::{
-    Environment, Light, Material, MeshInstance, Queries, RectangleLight, RenderOptions, Rendering, Scene,
-    StopRule, Strategy,
+    Counters, Effects, Environment, Light, Material, MeshInstance, Queries, RectangleLight, RenderOptions,
+    Rendering, Scene, StopRule, Strategy, plan,
 };
 use osculate_sbtf::infer::{self, Precision, StoredModel};
 use osculate_sbtf::model::{Architecture, Model, OpacityHead};
@@ -298,4 +300,46 @@ fn batches_of_a_model_make_the_picture_of_its_single_queries() {
     let off = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() / brightest;
     let worst = one.film.radiance().iter().zip(&many[0].film.radiance()).map(off).fold(0.0, f32::max);
     assert!(worst < 9e-4, "off by {worst} of {brightest}");
+}
+
+/// A patch of 2 x 2 that is bent by this much, under an untrained model of a height field, with a lamp near its rim.
+fn bent(bend: f64) -> Scene {
+    let mesh = shapes::grid(12, 12, [shapes::Ends::Open; 2], |u, v| {
+        let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        Vec3d::new(x, y, bend * (x * x + 1.3 * y * y))
+    });
+    let uvs = mesh.positions().iter().map(|p| [1.5 * p.x + 0.2 * p.y, p.y]).collect();
+    let mesh = mesh.with_uv_set(uvs).expect("a UV per vertex");
+    let estimates = estimate(&Surface::new(&mesh, Weld::Off), &CurvatureOptions::default()).expect("valid");
+    let model = StoredModel::new(&Model::untrained(Architecture::taps(0.1), 3), Precision::F16);
+    let material = covered(Arc::new(infer::Material::new(&model)), 0.1);
+    let object = MeshInstance { curvature: Some(estimates.into()), ..object(mesh, material) };
+    let mut scene = scene(vec![object], 24, Vec3::new(0.5, -3.5, 2.5), Vec3::ZERO, 40.0);
+    let lamp = RectangleLight::facing(Vec3::new(1.6, 0.3, 0.9), Vec3::ZERO, 0.6, 0.6, Vec3::splat(9.0));
+    scene.lights = vec![Light::Rectangle(lamp)];
+    scene
+}
+
+#[test]
+fn what_an_object_need_not_be_asked_changes_no_bit() {
+    // Bowls and planes are opaque under a height field; a dome is not.
+    for (bend, curvature, opacity) in [(0.0, false, false), (0.4, true, false), (-0.4, true, true)] {
+        let scene = bent(bend);
+        let plan = plan(&scene, 5);
+        let planned = RenderOptions { stop: StopRule::Samples(6), max_depth: 5, ..RenderOptions::default() };
+        for queries in [Queries::Single, Queries::default()] {
+            let planned = RenderOptions { queries, ..planned };
+            let rendering = run(&scene, &planned);
+            let forced = run(&scene, &RenderOptions { force: Some(Effects::ALL), ..planned });
+            let case = format!("bent by {bend}, {queries:?}: {:?}", rendering.counters);
+            assert!(rendering.film.radiance() == forced.film.radiance(), "{case}");
+            let Counters { curvature_evaluations, opacity_queries, shadow_rays, .. } = rendering.counters;
+            assert_eq!((curvature_evaluations > 0, opacity_queries > 0), (curvature, opacity), "{case}");
+            assert!(shadow_rays > 100, "{case}");
+            assert_eq!(plan.contradictions(&rendering.counters), Vec::<String>::new(), "{case}");
+            // And the check would see it.
+            let broken = plan.contradictions(&forced.counters).len();
+            assert_eq!(broken, usize::from(!curvature) + usize::from(!opacity), "{case}");
+        }
+    }
 }

@@ -55,4 +55,4 @@ pub mod sampling;
 pub mod silhouette;
 pub mod train;
 
-pub use query::{Answer, Entry, Incidence, Query, SilhouetteBtf};
+pub use query::{Answer, Entry, Incidence, Query, SeeThrough, SilhouetteBtf};

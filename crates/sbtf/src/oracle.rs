@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::micro::{Geometry, Microstructure};
 use crate::patch::{FieldTracer, Patch, PatchPool, TileOptions, TileSurface};
 use crate::patch::{Transport, TransportOptions};
-use crate::query::{Answer, Query, SilhouetteBtf};
+use crate::query::{Answer, Query, SeeThrough, SilhouetteBtf};
 use crate::random::Random;
 
 /// How much work an answer is.
@@ -145,6 +145,13 @@ impl SilhouetteBtf for Oracle {
             return Answer::default();
         }
         self.radiance(query).map_or(Answer::default(), |rgb| Answer { rgb, alpha: 1.0 })
+    }
+
+    fn see_through(&self) -> SeeThrough {
+        match self.method {
+            Method::Field(_) => SeeThrough::WhereConvex,
+            Method::Patches { .. } => SeeThrough::Anywhere,
+        }
     }
 
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {

@@ -49,6 +49,17 @@ pub struct Entry {
     pub hit_uv: Vec2,
 }
 
+/// Where a material may let rays pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeeThrough {
+    /// Nowhere that is seen from outside.
+    Nowhere,
+    /// Where `kappa_hat` is positive, as a height field does; opaque elsewhere.
+    WhereConvex,
+    /// Anywhere.
+    Anywhere,
+}
+
 /// A material that can be asked: a trained model, or the exact tracer that judges it.
 pub trait SilhouetteBtf: Sync {
     /// The answer to one query.
@@ -56,6 +67,11 @@ pub trait SilhouetteBtf: Sync {
 
     /// Opacity alone; never depends on the light.
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32;
+
+    /// What is known of the opacity before anybody asks for it, for all `wo` above the horizon. By default nothing.
+    fn see_through(&self) -> SeeThrough {
+        SeeThrough::Anywhere
+    }
 
     /// Does for a ray that hits what several lights will share.
     fn enter(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Entry {

@@ -27,6 +27,8 @@ const FLAT: f64 = 0.01;
 const CERTAIN: f64 = 6.0;
 /// The same ratio at which a larger neighbourhood is out of the question.
 const CLEAR: f64 = 20.0;
+/// The same ratio below which the bias of the highest degree means nothing. Noise alone makes about 1 of it.
+const BELIEVED: f64 = 2.0;
 /// Radius of a neighbourhood over the radius of curvature at which its rim faces away.
 const AROUND: f64 = 1.2;
 /// Caution in telling a level's bias from a larger one's.
@@ -36,8 +38,10 @@ const BY_COMPARISON: f64 = 2.0;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Level {
     fit: LocalFit,
-    /// Of degrees 2 to 4.
+    /// Of degrees 2 to 4; none where the fitted surface faces away.
     bars: [Option<ErrorBar>; 3],
+    /// Of the highest degree that was fitted, wherever it faces.
+    highest: ErrorBar,
 }
 
 /// One degree of one level, with its error bar.
@@ -134,8 +138,10 @@ impl Level {
         let outward = cloud.normal(0);
         let fit = LocalFit::new(cloud, reach.count, reach.farthest, 4, guess)?;
         let faces_out = |degree| fit.facing(degree, &outward).is_some_and(|facing| facing > LEAST_FACING);
-        let bars = [2, 3, 4].map(|degree| error_bar(&fit, degree).filter(|_| faces_out(degree)));
-        bars.iter().any(Option::is_some).then_some(Self { fit, bars })
+        let all = [2, 3, 4].map(|degree| error_bar(&fit, degree));
+        let highest = all.iter().rev().flatten().next().copied()?;
+        let bars = [2, 3, 4].map(|degree| all[degree - 2].filter(|_| faces_out(degree)));
+        bars.iter().any(Option::is_some).then_some(Self { fit, bars, highest })
     }
 
     /// What degree 4 adds to degree 3, over its standard error; zero without these degrees.
@@ -154,8 +160,10 @@ impl Level {
     fn trend(&self) -> Trend {
         let Some((degree, best)) = self.best_degree() else { return Trend::Noise };
         let certain = self.fit.curvature(degree).unwrap_or(0.0) - best.noise;
-        let highest = self.bars.iter().rev().flatten().next().unwrap_or(&best);
-        if certain * self.fit.length > AROUND || highest.bias > highest.noise || self.certainty() > CLEAR {
+        let (highest, certainty) = (&self.highest, self.certainty());
+        // The bias of a highest degree that is all noise is noise itself.
+        let biased = highest.bias > highest.noise && certainty > BELIEVED;
+        if certain * self.fit.length > AROUND || biased || certainty > CLEAR {
             Trend::Bias
         } else {
             Trend::Noise
@@ -213,5 +221,37 @@ impl Choice {
             Some(principal) => VertexCurvature { principal: Some(principal), error, status },
             None => VertexCurvature::undetermined(Status::RankDeficient),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A level of points over the unit disc, of a bowl with a fourth-degree term and heights off by up to `noise`.
+    fn level(fourth: f64, noise: f64) -> Level {
+        let mut cloud = Cloud::default();
+        cloud.reserve(60);
+        for i in 0..60 {
+            let t = f64::from(i);
+            let (radius, angle) = ((t / 60.0).sqrt(), 2.4 * t);
+            let (x, y) = (radius * angle.cos(), radius * angle.sin());
+            let z = -0.1 * (x * x + y * y) + fourth * x.powi(4) + noise * (78.233 * t * t).sin();
+            cloud.push(&Vec3::new(x, y, z), &Vec3::z(), radius * radius);
+        }
+        let reach = Reach { count: cloud.len(), farthest: 1.0 };
+        Level::new(&cloud, reach, &Guess::from_normal(Vec3::z())).unwrap()
+    }
+
+    #[test]
+    fn a_fourth_degree_beyond_doubt_ends_the_climb() {
+        let (sure, unsure) = (level(1e-3, 1e-5), level(1e-3, 1e-3));
+        assert!(sure.certainty() > CLEAR && unsure.certainty() < CERTAIN);
+        // Neither reaches around the surface, and by their error bars both would gain from more points.
+        for level in [&sure, &unsure] {
+            let highest = level.bars[2].unwrap();
+            assert!(highest.bias < highest.noise, "{highest:?}");
+        }
+        assert_eq!((sure.trend(), unsure.trend()), (Trend::Bias, Trend::Noise));
     }
 }

@@ -7,7 +7,7 @@ use osculate_sbtf::{Entry, Incidence};
 use super::Context;
 use crate::counters::Counters;
 use crate::integrator::plain_opacity;
-use crate::silhouette::{Btf, Met, SilhouettePoint, SilhouetteVertex};
+use crate::silhouette::{Btf, Met, Purpose, SilhouettePoint, SilhouetteVertex};
 
 /// Memory of batches, used again and again.
 #[derive(Debug, Default)]
@@ -56,16 +56,21 @@ impl Batches {
         &mut self,
         cx: Context<'a>,
         hits: impl Iterator<Item = (Hit, Vec3)>,
+        purpose: Purpose,
         counters: &mut Counters,
     ) -> Vec<Opacity<'a>> {
         let mut found: Vec<Opacity<'a>> = hits
-            .map(|(hit, direction)| match Met::new(cx.scene, &hit, -direction) {
+            .map(|(hit, direction)| match Met::new(cx.scene, &hit, -direction, purpose, counters) {
                 None => Opacity { share: plain_opacity(cx.scene, &hit), silhouette: None },
                 Some(Met::Back) => Opacity { share: 0.0, silhouette: None },
-                Some(Met::Front(point)) => Opacity { share: 0.0, silhouette: Some(point) },
+                Some(Met::Opaque) => Opacity { share: 1.0, silhouette: None },
+                Some(Met::Front(point)) => Opacity { share: 1.0, silhouette: Some(point) },
             })
             .collect();
-        let asked = |(index, o): (usize, &Opacity<'a>)| Some((o.silhouette.as_ref()?.btf(), index));
+        let asked = |(index, o): (usize, &Opacity<'a>)| {
+            let point = o.silhouette.as_ref().filter(|point| point.asks_opacity())?;
+            Some((point.btf(), index))
+        };
         let mut order: Vec<(&Btf, usize)> = found.iter().enumerate().filter_map(asked).collect();
         counters.opacity_queries += order.len() as u64;
         for group in by_material(&mut order) {

@@ -8,6 +8,7 @@ use super::{Context, Path};
 use crate::counters::Counters;
 use crate::integrator::Found;
 use crate::prepared::Prepared;
+use crate::silhouette::Purpose;
 
 /// A ray of a path at a surface that may let it pass.
 struct Passing {
@@ -37,7 +38,7 @@ pub(super) fn next_surfaces<'a>(
     let mut pending: Vec<Passing> = active.iter().enumerate().filter_map(first).collect();
     while !pending.is_empty() {
         let hits = pending.iter().map(|p| (p.hit, paths[p.path].ray.direction));
-        let opacities = batches.opacities(cx, hits, counters);
+        let opacities = batches.opacities(cx, hits, Purpose::Path, counters);
         let mut opacities = opacities.into_iter();
         pending.retain_mut(|passing| {
             let Some(opacity) = opacities.next() else { return false };
@@ -88,7 +89,7 @@ pub(super) fn transmittances(
     let mut pending: Vec<(usize, Hit)> = shadows.iter().enumerate().filter_map(first).collect();
     while !pending.is_empty() {
         let hits = pending.iter().map(|&(k, hit)| (hit, shadows[k].ray.direction));
-        let opacities = batches.opacities(cx, hits, counters);
+        let opacities = batches.opacities(cx, hits, Purpose::Shadow, counters);
         let mut opacities = opacities.into_iter();
         pending.retain_mut(|(k, hit)| {
             let Some(opacity) = opacities.next() else { return false };

@@ -12,7 +12,7 @@ use super::rows::{AnswerRows, QueryRows, Sizes, Slices};
 use super::stages::{AlphaBatch, EnterBatch, RgbBatch};
 use super::stored::{StoredModel, StoredModule};
 use crate::model::{Architecture, LONGEST_REACH, OpacityHead, bounded};
-use crate::query::{Answer, Entry, Incidence, Query, SilhouetteBtf};
+use crate::query::{Answer, Entry, Incidence, Query, SeeThrough, SilhouetteBtf};
 use crate::silhouette::{cosine_of_dip, largest_cosine};
 
 /// Most inputs that a network may have.
@@ -256,6 +256,10 @@ impl SilhouetteBtf for Material {
     fn eval(&self, query: &Query) -> Answer {
         let hit = self.begin(query.uv, query.wo, query.kappa_hat);
         hit.map_or_else(Answer::default, |hit| Answer { rgb: hit.rgb(query.wi), alpha: hit.alpha })
+    }
+
+    fn see_through(&self) -> SeeThrough {
+        self.architecture.opacity.see_through()
     }
 
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::query::SeeThrough;
+
 /// The form of a model.
 ///
 /// Inputs of the networks, in this order:
@@ -55,6 +57,18 @@ pub enum OpacityHead {
     Direct,
     /// No opacity module: always opaque, as NeuMIP has it.
     Opaque,
+}
+
+impl OpacityHead {
+    /// What this form says of the opacity by itself.
+    #[must_use]
+    pub fn see_through(self) -> SeeThrough {
+        match self {
+            Self::Silhouette => SeeThrough::WhereConvex,
+            Self::Direct => SeeThrough::Anywhere,
+            Self::Opaque => SeeThrough::Nowhere,
+        }
+    }
 }
 
 /// How the offset is predicted.

@@ -5,7 +5,7 @@
 use glam::{Vec2, Vec3};
 
 use super::{CurvatureInput, FeatureTexture, Mlp, Model, OffsetForm, OpacityHead, STEEPEST_RAY, azimuth};
-use crate::query::{Answer, Query, SilhouetteBtf};
+use crate::query::{Answer, Query, SeeThrough, SilhouetteBtf};
 use crate::silhouette::{cosine_of_dip, largest_cosine};
 
 /// Largest output of the colour network that counts: beyond it `exp` leaves f32.
@@ -122,6 +122,10 @@ impl SilhouetteBtf for Model {
         let kappa_hat = self.architecture.clamp_curvature(query.kappa_hat);
         let hit_uv = self.hit_uv(query.uv, query.wo, kappa_hat);
         Answer { rgb: self.rgb(hit_uv, query.wo, query.wi, kappa_hat), alpha }
+    }
+
+    fn see_through(&self) -> SeeThrough {
+        self.architecture.opacity.see_through()
     }
 
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {

@@ -14,7 +14,7 @@ use osculate_geom::reference::{Bounds, CompareOptions, Comparison, ReferenceFile
 use osculate_render::false_colour::{Quantity, curvature_picture};
 use osculate_render::output::write_png;
 use osculate_render::scene::PreviewOptions;
-use osculate_render::{MeshInstance, RenderOptions, Scene, StopRule, picture};
+use osculate_render::{MeshInstance, RenderOptions, Scene, StopRule, picture, plan};
 use serde::Serialize;
 
 use super::render::{self, RenderReport};
@@ -136,7 +136,7 @@ fn render_shaded(scene: &Scene, args: &DemoArgs, path: &Path, console: &Console)
     let rendering = render::trace(scene, &options, console)?;
     let picture = picture(scene.width, scene.height, &rendering.film.radiance(), scene.exposure);
     write_png(path, &picture).with_context(|| path.display().to_string())?;
-    let report = render::report(&rendering);
+    let report = render::report(&rendering, &plan(scene, options.max_depth));
     render::print(path, scene, Some(&report), console);
     Ok(report)
 }

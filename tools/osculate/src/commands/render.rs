@@ -109,9 +109,11 @@ struct Report<'a> {
 /// What tracing the colours took.
 #[derive(Debug, Clone, Serialize)]
 pub struct RenderReport {
-    samples_per_pixel: u32,
+    samples_per_pixel: f64,
+    samples_range: [u32; 2],
     noise: Option<f64>,
     counters: Counters,
+    contradictions: Vec<String>,
     preparation_seconds: f64,
     tracing_seconds: f64,
 }
@@ -360,7 +362,7 @@ fn write(
                 }
                 write_exr(path, scene.width, scene.height, &layers).with_context(named)?;
             }
-            Ok(Some(report(&rendering)))
+            Ok(Some(report(&rendering, &plan(scene, options.max_depth))))
         }
     }
 }
@@ -376,12 +378,14 @@ pub fn trace(scene: &Scene, options: &RenderOptions, console: &Console) -> Resul
     Ok(rendering)
 }
 
-/// What a rendering took.
-pub fn report(rendering: &Rendering) -> RenderReport {
+/// What a rendering took, and whether it kept to its plan.
+pub fn report(rendering: &Rendering, plan: &EffectPlan) -> RenderReport {
     RenderReport {
         samples_per_pixel: rendering.samples,
+        samples_range: rendering.samples_range,
         noise: rendering.film.noise(),
         counters: rendering.counters,
+        contradictions: plan.contradictions(&rendering.counters),
         preparation_seconds: rendering.preparation.as_secs_f64(),
         tracing_seconds: rendering.tracing.as_secs_f64(),
     }
@@ -393,11 +397,16 @@ pub fn print(path: &Path, scene: &Scene, report: Option<&RenderReport>, console:
     if let Some(report) = report {
         let noise = report.noise.map_or_else(String::new, |n| format!(", relative noise {}", number(n)));
         let rays = report.counters.rays + report.counters.shadow_rays;
+        let [least, most] = report.samples_range;
+        let spread = if least == most { String::new() } else { format!(" ({least} to {most})") };
         console.result(format_args!(
-            "  {} samples per pixel{noise}, {:.1} million rays in {:.2} s",
+            "  {:.0} samples per pixel{spread}{noise}, {:.1} million rays in {:.2} s",
             report.samples_per_pixel,
             rays as f64 / 1e6,
             report.tracing_seconds
         ));
+        for contradiction in &report.contradictions {
+            console.warn(format_args!("the plan was not kept: {contradiction}; please report this"));
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::rows::Row;
+use super::rows::{Row, quoted};
 
 /// How one setting of one program grows with the mesh: exponents `p` of the laws `c n^p` that fit best. `None` where fewer than two
 /// meshes tell.
@@ -85,7 +85,7 @@ pub fn csv(exponents: &[Exponents]) -> String {
             cell(e.bytes),
             cell(e.error),
         ];
-        out.push_str(&cells.join(","));
+        out.push_str(&cells.map(|cell| quoted(&cell)).join(","));
         out.push('\n');
     }
     out

@@ -98,8 +98,8 @@ fn front_plot(title: String, quantile: &str, means: &[Mean], error: fn(&Mean) ->
         line: Line::Dashed,
         points: best.iter().map(|&i| Point { x: places[i].0, y: places[i].1, ..Point::default() }).collect(),
     }];
-    for (name, colour, mark) in families(means.iter().map(|m| &m.row)) {
-        let members = means.iter().enumerate().filter(|(_, m)| m.row.family() == name);
+    for (name, colour, mark) in families(means.iter().map(|m| &m.row), Row::curve) {
+        let members = means.iter().enumerate().filter(|(_, m)| m.row.curve() == name);
         let points = members.map(|(i, m)| Point {
             x: m.us,
             y: error(m),
@@ -118,11 +118,11 @@ fn front_plot(title: String, quantile: &str, means: &[Mean], error: fn(&Mean) ->
 }
 
 /// Families in the order of their first row, ours first, with colour and mark. Ours are filled discs.
-fn families<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<(String, usize, Mark)> {
+fn families<'a>(rows: impl Iterator<Item = &'a Row>, of: fn(&Row) -> String) -> Vec<(String, usize, Mark)> {
     let (mut ours, mut theirs): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
     for row in rows {
         let list = if row.is_ours() { &mut ours } else { &mut theirs };
-        let name = row.family();
+        let name = of(row);
         if !list.contains(&name) {
             list.push(name);
         }
@@ -154,8 +154,9 @@ pub fn by_noise(rows: &[Row]) -> Option<Figure> {
         };
         Series { name, colour, mark, line, points: levels.iter().filter_map(at).collect() }
     };
-    let ours = families(levels[0].1.iter().map(|m| &m.row).filter(|r| r.is_ours())).into_iter();
+    let ours = families(levels[0].1.iter().map(|m| &m.row).filter(|r| r.is_ours()), Row::family);
     let mut series: Vec<Series> = ours
+        .into_iter()
         .map(|(name, colour, mark)| best(name.clone(), colour, mark, Line::Thick, &|r| r.family() == name))
         .collect();
     let peers = best("best other program".into(), 7, Mark::Circle, Line::Dashed, &|r| !r.is_ours());

@@ -64,6 +64,12 @@ impl Row {
         joined(program, &self.method)
     }
 
+    /// The family, and the degree if that is one of the method's two knobs: what a line of a plot goes through.
+    pub fn curve(&self) -> String {
+        let degree = self.setting.split_once(" on ").map_or("", |(degree, _)| degree);
+        if self.is_ours() { joined(&self.family(), degree) } else { self.family() }
+    }
+
     /// Program, method and setting.
     pub fn name(&self) -> String {
         joined(&self.family(), &self.setting)
@@ -107,10 +113,19 @@ pub fn csv(rows: &[Row]) -> String {
             cell(r.stated_over_true),
             r.note.clone(),
         ];
-        out.push_str(&cells.join(","));
+        out.push_str(&cells.map(|cell| quoted(&cell)).join(","));
         out.push('\n');
     }
     out
+}
+
+/// A cell as RFC 4180 has it: in quotes where it has a comma or quotes.
+pub(super) fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
 }
 
 /// The rows that `tools/reference/peers.py` writes.
@@ -224,5 +239,8 @@ mod tests {
         let columns: Vec<usize> = text.lines().map(|l| l.split(',').count()).collect();
         assert_eq!(columns, [19, 19, 19]);
         assert!(text.contains(",2.500000e-1,"));
+        let setting = "degree 2, \"2 rings\"".to_owned();
+        let text = csv(&[Row { setting, ..Row::default() }]);
+        assert!(text.contains(",\"degree 2, \"\"2 rings\"\"\","), "{text}");
     }
 }
