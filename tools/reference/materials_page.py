@@ -55,6 +55,19 @@ def row(path, keep):
     return "| " + " | ".join(cells) + " |"
 
 
+def hole_row(path, keep):
+    """A row of the table of see-through materials."""
+    provenance = metadata(path)["provenance"]
+    model = report(keep, path.stem, "eval", str(path.relative_to(ROOT)), "--spp", "16")["models"][0]
+    coverage = [model["coverage"]["all"], *model["coverage"]["by_kappa"]]
+    least = min(c["hole_iou"] for c in coverage)
+    cells = [path.stem, str(provenance["training"]["opacity_steps"]), f"{provenance['scores']['seconds']:.0f}"]
+    cells += [f"{coverage[0]['open']:.3f}", f"{coverage[0]['opaque_iou']:.3f}", f"{coverage[0]['hole_iou']:.3f}", f"{least:.3f}"]
+    for key, digits in [("psnr", 1), ("flip", 2)]:
+        cells.append(" / ".join(f"{a[key]:.{digits}f}" for a in model["appearance"]))
+    return "| " + " | ".join(cells) + " |"
+
+
 def torus_row(path, keep):
     """A row of the table, and the shares that are left by the model with the paper's query and with the chord's."""
     name, relative = path.stem, str(path.relative_to(ROOT))
@@ -79,11 +92,13 @@ def main():
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
     paths = sorted((ROOT / "assets" / "materials").glob("*.sbtf"))
-    rows = [row(path, keep) for path in paths]
+    direct = [path for path in paths if metadata(path)["architecture"]["opacity"] == "direct"]
+    rows = [row(path, keep) for path in paths if path not in direct]
+    holes = [hole_row(path, keep) for path in direct]
     on_torus = [torus_row(path, keep) for path in paths if path.stem in PAPER]
     mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
     text = (ROOT / "docs" / "materials.md").read_text()
-    for key, lines in [("patches", rows), ("torus", [line[0] for line in on_torus])]:
+    for key, lines in [("patches", rows), ("holes", holes), ("torus", [line[0] for line in on_torus])]:
         begin, end = f"<!-- {key} -->\n", f"<!-- end of {key} -->"
         head, rest = text.split(begin)
         table, tail = rest.split(end)

@@ -28,8 +28,8 @@ def read(path):
     (length,) = struct.unpack_from("<Q", data)
     header = json.loads(data[8:8 + length])
     metadata = json.loads(header.pop("__metadata__")["osculate"])
-    if (metadata["format"], metadata["version"]) != ("osculate-sbtf", 1):
-        raise SystemExit(f"{path}: format {metadata['format']!r} version {metadata['version']}, not osculate-sbtf 1")
+    if metadata["format"] != "osculate-sbtf" or metadata["version"] not in (1, 2):
+        raise SystemExit(f"{path}: format {metadata['format']!r} version {metadata['version']}, not osculate-sbtf 1 or 2")
     body = data[8 + length:]
     tensors = {}
     for name, info in header.items():
@@ -87,7 +87,7 @@ class Model:
         safe = np.where(sine > 0, sine, 1)
         along = np.where(sine[:, None] > 0, -wo[:, :2] / safe[:, None], [1.0, 0.0])
         alpha = self.opacity(uv, wo, kappa, along)
-        offset = self.offset(uv, wo, kappa, along, sine)
+        offset = self.offset(uv, wo, kappa, along)
         features = lookup(self.arrays["colour.texture"], uv + offset)
         logs = self.network("colour", np.hstack([features, wi, wo[:, :2], self.curvature(kappa)]))
         rgb = np.expm1(np.clip(logs, 0, LARGEST_LOG)) * (alpha > 0)[:, None]
@@ -98,10 +98,7 @@ class Model:
         front = (wo[:, 2] > 0).astype(float)
         if head == "opaque":
             return front
-        deep = np.clip(kappa * depth, 0, 1)
-        angle = np.arctan2(np.sqrt(deep * (2 - deep)), 1 - deep)
-        near = angle < kappa * LONGEST_REACH
-        reach = np.where(near, angle / np.where(near, kappa, 1), LONGEST_REACH)
+        reach = self.way_length(self.form.get("opacity_way", "graze"), wo, kappa)
         features = self.taps("opacity", uv, along * reach[:, None], self.form["opacity_taps"])
         direction = along if head == "silhouette" else wo[:, :2]
         output = np.clip(self.network("opacity", np.hstack([*features, direction, self.curvature(kappa)]))[:, 0], 0, 1)
@@ -110,11 +107,30 @@ class Model:
         x = np.clip(kappa * depth * output, 0, 1)
         return front * (wo[:, 2] >= np.sqrt(x * (2 - x)))
 
-    def offset(self, uv, wo, kappa, along, sine):
+    def way_length(self, way, wo, kappa):
+        """Distance in UV between fraction 0 and fraction 1 of the taps."""
+        depth, sine = self.form["depth"], np.hypot(wo[:, 0], wo[:, 1])
         cosine = np.maximum(wo[:, 2], np.finfo(np.float32).tiny)
-        flat = np.minimum(self.form["depth"] * sine / cosine, LONGEST_REACH)
-        chord = 2 * cosine * sine / np.where(kappa > 0, kappa, 1)
-        reach = np.where(kappa > 0, np.minimum(flat, chord), flat)
+        if way == "graze":
+            deep = np.clip(kappa * depth, 0, 1)
+            angle = np.arctan2(np.sqrt(deep * (2 - deep)), 1 - deep)
+            near = angle < kappa * LONGEST_REACH
+            return np.where(near, angle / np.where(near, kappa, 1), LONGEST_REACH)
+        if way == "descend":
+            flat = np.minimum(depth * sine / cosine, LONGEST_REACH)
+            chord = 2 * cosine * sine / np.where(kappa > 0, kappa, 1)
+            return np.where(kappa > 0, np.minimum(flat, chord), flat)
+        deep = np.minimum(kappa * depth, 1)
+        square = cosine**2 - deep * (2 - deep)
+        length = depth * (2 - deep) / (cosine + np.sqrt(np.maximum(square, 0)))
+        tangent = length * sine / np.maximum(1 - kappa * length * cosine, np.finfo(np.float32).tiny)
+        bent = np.where(kappa == 0, 1, kappa)
+        down = np.where(kappa == 0, tangent, np.arctan(kappa * tangent) / bent)
+        over = 2 * np.arctan2(cosine, sine) / bent
+        return np.minimum(np.where(square >= 0, down, over), LONGEST_REACH)
+
+    def offset(self, uv, wo, kappa, along):
+        reach = self.way_length(self.form.get("offset_way", "descend"), wo, kappa)
         features = self.taps("offset", uv, along * reach[:, None], self.form["offset_taps"])
         output = self.network("offset", np.hstack([*features, wo[:, :2], self.curvature(kappa)]))
         if self.form["offset"] == "free":

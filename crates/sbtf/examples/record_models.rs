@@ -34,6 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, form, precision) in [
         ("taps", small(Architecture::taps(0.1), 8), Precision::U8),
         ("direct", small(direct, 6), Precision::F16),
+        ("see-through", small(Architecture::see_through(0.1), 8), Precision::U8),
         ("neumip", small(Architecture::neumip(0.1), 4), Precision::F32),
     ] {
         let depth = form.depth;

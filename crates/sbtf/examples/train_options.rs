@@ -9,8 +9,11 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use osculate_sbtf::micro::Microstructure;
-use osculate_sbtf::model::{Architecture, OffsetForm, TextureShape};
+use osculate_sbtf::evaluate::{Coverage, CoverageOptions, coverage};
+use osculate_sbtf::infer::{Material, Precision, StoredModel};
+use osculate_sbtf::micro::{Geometry, Microstructure};
+use osculate_sbtf::model::{Architecture, Model, OffsetForm, OpacityHead, TextureShape, Way};
+use osculate_sbtf::oracle::{Oracle, OracleOptions};
 use osculate_sbtf::patch::{DatasetOptions, PatchDataset, Tracing};
 use osculate_sbtf::samples::{AppearanceBatch, Features, OpacityBatch, SampleSource};
 use osculate_sbtf::train::{Control, HELD_OUT, Progress, Stage, TrainOptions, TrainReport, train};
@@ -76,6 +79,21 @@ impl Variant {
             "opacity-reuse" => options.opacity_reuse = value.parse()?,
             "appearance-reuse" => options.appearance_reuse = value.parse()?,
             "free-offset" => self.form.offset = OffsetForm::Free,
+            "see-through" => self.form = Architecture::see_through(self.form.depth),
+            "direct" => self.form.opacity = OpacityHead::Direct,
+            "opacity-way" => self.form.opacity_way = way(value)?,
+            "offset-way" => self.form.offset_way = way(value)?,
+            "taps" => self.form.opacity_taps = taps(value)?,
+            "appearance-steps" => options.appearance_steps = value.parse()?,
+            "grazing" => self.data.grazing = value.parse()?,
+            "patches-per-batch" => self.data.patches_per_batch = value.parse()?,
+            "opacity-l1" => options.opacity_loss.l1 = value.parse()?,
+            "width" => self.form.width = value.parse()?,
+            "blur" => options.blur = value.parse()?,
+            "texture" => {
+                let size = value.parse()?;
+                self.form.opacity_texture = TextureShape::square(size, 8);
+            }
             "triangles" => self.data.tracing = Tracing::Triangles,
             _ => return Err(format!("no setting {key:?}").into()),
         }
@@ -94,7 +112,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in arguments {
         let mut variant = Variant::new(micro.geometry.depth(), steps);
         name.split(',').try_for_each(|setting| variant.set(setting))?;
-        let held_out = DatasetOptions { tracing: Tracing::March, ..variant.data.clone() };
+        let held_out = DatasetOptions { tracing: Tracing::March, grazing: 0.1, ..variant.data.clone() };
         let source = Judged {
             training: PatchDataset::new(&micro, variant.data.clone())?,
             held_out: PatchDataset::new(&micro, held_out)?,
@@ -102,11 +120,37 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let began = Instant::now();
         let mut onward = |_: &Progress| ControlFlow::Continue(());
         let mut control = Control { checkpoint: None, progress: &mut onward };
-        let (_, report) = train(&variant.form, &variant.options, &source, &mut control)?;
+        let (model, report) = train(&variant.form, &variant.options, &source, &mut control)?;
         let seconds = began.elapsed().as_secs_f64();
-        println!("{} | {seconds:.0} | {name}", scores(&report));
+        println!("{}{} | {seconds:.0} | {name}", scores(&report), ious(&micro, &model));
     }
     Ok(())
+}
+
+fn way(name: &str) -> Result<Way, String> {
+    match name {
+        "graze" => Ok(Way::Graze),
+        "descend" => Ok(Way::Descend),
+        "through" => Ok(Way::Through),
+        _ => Err(format!("no way {name:?}")),
+    }
+}
+
+/// Fractions with colons between them.
+fn taps(list: &str) -> Result<Vec<f32>, std::num::ParseFloatError> {
+    list.split(':').map(str::parse).collect()
+}
+
+/// Intersections over unions of the rays that are stopped and of those that pass, of see-through materials.
+fn ious(micro: &Microstructure, model: &Model) -> String {
+    if !matches!(micro.geometry, Geometry::TileMesh(_)) {
+        return String::new();
+    }
+    let truth = Oracle::new(micro, OracleOptions::default());
+    let test = Material::new(&StoredModel::new(model, Precision::U8));
+    let found = coverage(&truth, &test, &CoverageOptions { rays: 20_000, ..Default::default() });
+    let all = found.into_iter().fold(Coverage::default(), Coverage::plus);
+    format!(" | IoU {:.4}, of holes {:.4}", all.opaque_iou(), all.hole_iou())
 }
 
 fn scores(report: &TrainReport) -> String {

@@ -3,18 +3,14 @@
 //! A picture made with it shows what the model's form costs (one curvature per query, local coordinates), and its difference to
 //! a trained model's picture what the fit costs.
 //!
-//! For height fields everything is exact for the query's own curvature and direction: the opacity is that of [`Sweep`](crate::patch::Sweep), colours are traced
-//! through the bent field. For tile meshes a patch is needed for each curvature and direction, so that these are rounded:
-//! the square root of the curvature to 1/50, and the axis to 1/64 of half a turn; the ray keeps its own direction. Patches are
-//! kept for a while; ask many queries at once ([`SilhouetteBtf::eval_batch`]), which sorts them.
-
-use std::sync::Arc;
+//! Everything is exact for the query's own curvature and direction. The opacity of a height field is that of [`Sweep`](crate::patch::Sweep); all else is
+//! traced through the bent field or mesh.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::micro::{Geometry, Microstructure};
-use crate::patch::{FieldTracer, Patch, PatchPool, TileOptions, TileSurface};
+use crate::patch::{FieldTracer, MeshTracer, TileOptions};
 use crate::patch::{Transport, TransportOptions};
 use crate::query::{Answer, Query, SeeThrough, SilhouetteBtf};
 use crate::random::Random;
@@ -49,17 +45,8 @@ pub struct Oracle {
 #[derive(Debug)]
 enum Method {
     Field(Box<FieldTracer>),
-    Patches { tile: Arc<TileSurface>, pool: PatchPool },
+    Mesh(Box<MeshTracer>),
 }
-
-/// Patches that are kept; each takes some 10 MB.
-const KEPT_PATCHES: usize = 32;
-
-/// Steps of the root of the curvature per unit.
-const CURVATURE_STEPS: f32 = 50.0;
-
-/// Directions of axes in half a turn.
-const AXES: f32 = 64.0;
 
 impl Oracle {
     /// Prepares a microstructure.
@@ -74,10 +61,7 @@ impl Oracle {
             Geometry::HeightField(field) => {
                 Method::Field(Box::new(FieldTracer::new(field, options.tile.shading)))
             }
-            Geometry::TileMesh(mesh) => Method::Patches {
-                tile: Arc::new(TileSurface::from_mesh(mesh, &options.tile)),
-                pool: PatchPool::new(KEPT_PATCHES),
-            },
+            Geometry::TileMesh(mesh) => Method::Mesh(Box::new(MeshTracer::new(mesh, &options.tile))),
         };
         Self { options, transport: Transport::new(options.transport), method }
     }
@@ -87,7 +71,7 @@ impl Oracle {
     pub fn offset(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Option<Vec2> {
         match &self.method {
             Method::Field(field) => field.offset(uv, wo, kappa_hat),
-            Method::Patches { tile, pool } => patch(tile, pool, wo, kappa_hat).first_hit(uv, wo),
+            Method::Mesh(mesh) => mesh.offset(uv, wo, kappa_hat),
         }
     }
 
@@ -95,19 +79,11 @@ impl Oracle {
     fn radiance(&self, query: &Query) -> Option<Vec3> {
         let mut random = self.random(query);
         let samples = self.options.samples;
-        match &self.method {
-            Method::Field(field) => {
-                field.sample(&self.transport, query, samples, &mut random).map(|sample| sample.rgb)
-            }
-            Method::Patches { tile, pool } => {
-                let patch = patch(tile, pool, query.wo, query.kappa_hat);
-                let mut sum = Vec3::ZERO;
-                for _ in 0..samples {
-                    sum += patch.sample(&self.transport, query.uv, query.wo, query.wi, &mut random)?.rgb;
-                }
-                Some(sum / samples as f32)
-            }
-        }
+        let sample = match &self.method {
+            Method::Field(field) => field.sample(&self.transport, query, samples, &mut random),
+            Method::Mesh(mesh) => mesh.sample(&self.transport, query, samples, &mut random),
+        };
+        sample.map(|sample| sample.rgb)
     }
 
     fn random(&self, query: &Query) -> Random {
@@ -116,27 +92,6 @@ impl Oracle {
         let first = Random::new(self.options.seed, pair(uv.x, uv.y), pair(wo.x, wo.y)).bits();
         Random::new(first, pair(wi.x, wi.y), pair(wi.z, query.kappa_hat))
     }
-}
-
-/// The patch that stands for a direction and curvature.
-fn patch(tile: &Arc<TileSurface>, pool: &PatchPool, wo: Vec3, kappa_hat: f32) -> Arc<Patch> {
-    let (step, axis) = bucket(wo, kappa_hat);
-    let number = u64::from(step.cast_unsigned()) << 32 | u64::from(axis.cast_unsigned());
-    pool.get(number, || {
-        let root = step as f32 / CURVATURE_STEPS;
-        Patch::new(tile.clone(), root * root.abs(), axis as f32 / AXES * std::f32::consts::PI)
-    })
-}
-
-/// Number of the rounded curvature and axis.
-#[allow(clippy::cast_possible_truncation, reason = "saturates; NaN is 0")]
-fn bucket(wo: Vec3, kappa_hat: f32) -> (i32, i32) {
-    let root = kappa_hat.abs().min(1e6).sqrt().copysign(kappa_hat);
-    let half_turns = wo.y.atan2(wo.x) / std::f32::consts::PI;
-    (
-        (root * CURVATURE_STEPS).round() as i32,
-        ((half_turns - half_turns.floor()) * AXES).round() as i32 % AXES as i32,
-    )
 }
 
 impl SilhouetteBtf for Oracle {
@@ -157,28 +112,27 @@ impl SilhouetteBtf for Oracle {
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {
         let hit = match &self.method {
             Method::Field(field) => field.sweep.hits(uv, wo, kappa_hat),
-            Method::Patches { tile, pool } => wo.z > 0.0 && patch(tile, pool, wo, kappa_hat).hits(uv, wo),
+            Method::Mesh(mesh) => mesh.hits(uv, wo, kappa_hat),
         };
         f32::from(u8::from(hit))
     }
 
     fn eval_batch(&self, queries: &[Query], answers: &mut [Answer]) {
-        let mut order: Vec<usize> = (0..queries.len().min(answers.len())).collect();
-        if matches!(self.method, Method::Patches { .. }) {
-            order.sort_by_key(|&i| bucket(queries[i].wo, queries[i].kappa_hat));
-        }
-        let made: Vec<(usize, Answer)> =
-            order.par_iter().with_min_len(64).map(|&i| (i, self.eval(&queries[i]))).collect();
-        for (i, answer) in made {
-            answers[i] = answer;
-        }
+        queries
+            .par_iter()
+            .zip(answers)
+            .with_min_len(64)
+            .for_each(|(query, answer)| *answer = self.eval(query));
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::patch::test_fields::{bumps, sinusoid};
+    use crate::patch::{Patch, TileSurface};
 
     fn oracle(field: crate::micro::HeightField, samples: u32) -> Oracle {
         let micro = Microstructure { name: "field".into(), geometry: Geometry::HeightField(field) };

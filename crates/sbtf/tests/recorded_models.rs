@@ -10,7 +10,7 @@ use osculate_sbtf::{Answer, Query, SilhouetteBtf};
 #[test]
 fn recorded_models_answer_as_recorded() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/models");
-    for name in ["taps", "direct", "neumip"] {
+    for name in ["taps", "direct", "see-through", "neumip"] {
         let path = directory.join(format!("{name}.sbtf"));
         let file = ModelFile::read(&path).unwrap();
         assert_eq!(file.to_bytes().unwrap(), std::fs::read(&path).unwrap(), "{name}: a round trip");

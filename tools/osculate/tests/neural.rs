@@ -42,6 +42,30 @@ fn a_material_is_trained_shown_judged_and_rendered() {
     }
 }
 
+/// Two straps, one above the other, with holes between: its opacity is a share of rays, which `eval` counts.
+#[test]
+fn a_see_through_mesh_is_trained_and_judged_by_its_holes() {
+    let w = Workspace::new();
+    let strap = |z: f32, a: [f32; 4]| {
+        format!("v {0} {1} {z}\nv {2} {1} {z}\nv {2} {3} {z}\nv {0} {3} {z}\n", a[0], a[1], a[2], a[3])
+    };
+    let (over, under) = (strap(0.1, [0.0, 0.2, 1.0, 0.6]), strap(0.0, [0.3, 0.0, 0.7, 1.0]));
+    w.write("m.obj", &format!("{over}{under}f 1 2 3 4\nf 5 6 7 8\n"));
+    w.write("m.toml", "mesh = \"m.obj\"\nup = \"z\"\n");
+    w.ok("train m.toml -o m.sbtf --steps 50 --texture 32 --precision u8");
+    let shown =
+        w.ok("eval m.sbtf --micro m.toml --rays 4000 --spp 1 --silhouettes-only --json eval.json").stdout;
+    assert!(shown.contains("IoU of passing rays"), "{shown}");
+    let coverage = w.json("eval.json")["models"][0]["coverage"].clone();
+    let all = |key: &str| coverage["all"][key].as_f64().unwrap();
+    // On a flat surface (1 - 0.4)(1 - 0.4) of the tile is open from everywhere: straps have no thickness. Five standard deviations.
+    let flat = &coverage["by_kappa"][2];
+    let open = flat["open"].as_f64().unwrap();
+    assert!(flat["kappa"] == 0.0 && (open - 0.36).abs() < 0.038, "{coverage}");
+    assert!(all("opaque_iou") > 0.8 && all("hole_iou") > 0.5, "{coverage}");
+    assert_eq!(coverage["by_kappa"].as_array().unwrap().len(), 7);
+}
+
 #[test]
 fn the_same_steps_give_the_same_numbers_on_any_number_of_threads() {
     let w = Workspace::new();

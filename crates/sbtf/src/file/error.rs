@@ -70,11 +70,11 @@ pub enum InvalidModel {
     #[error("its format is {0:?}, not \"osculate-sbtf\"")]
     Format(String),
     /// Another version.
-    #[error("its format version is {found}; this program reads {known}")]
+    #[error("its format version is {found}; this program reads 1 to {known}")]
     Version {
         /// In the file.
         found: u64,
-        /// Known here.
+        /// Newest known here.
         known: u32,
     },
     /// The metadata does not have the fields that it should.

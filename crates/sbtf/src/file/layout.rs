@@ -1,12 +1,17 @@
 //! Names and shapes of tensors.
 
-use crate::model::{Architecture, OpacityHead, TextureShape};
+use crate::model::{Architecture, OpacityHead, TextureShape, Way};
 
 /// Key of the metadata in the safetensors header.
 pub(super) const KEY: &str = "osculate";
 
 /// Value of `format` in the metadata.
 pub(super) const FORMAT: &str = "osculate-sbtf";
+
+/// The oldest version of the format that can say what an architecture is.
+pub(super) fn version(form: &Architecture) -> u32 {
+    if (form.opacity_way, form.offset_way) == (Way::Graze, Way::Descend) { 1 } else { 2 }
+}
 
 /// What a module consists of by the architecture.
 pub(super) struct ModuleLayout {

@@ -16,8 +16,9 @@ mod tests;
 pub use error::{FileError, InvalidModel};
 pub use metadata::{MicrostructureSource, ModelFile, Provenance};
 
-/// Version of the format. Readers refuse others.
-pub const FORMAT_VERSION: u32 = 1;
+/// Newest version of the format; readers refuse newer ones. A file has the oldest version that says what it says: 1 unless taps lie
+/// along other ways than version 1 knows.
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Longest header that is read, in bytes.
 pub const LONGEST_HEADER: u64 = 1 << 20;

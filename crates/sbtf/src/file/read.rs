@@ -92,10 +92,14 @@ fn header(bytes: &[u8]) -> Result<Header, InvalidModel> {
         return Err(InvalidModel::Format(format.to_owned()));
     }
     let found = value.get("version").and_then(serde_json::Value::as_u64).unwrap_or_default();
-    if found != u64::from(FORMAT_VERSION) {
+    if !(1..=u64::from(FORMAT_VERSION)).contains(&found) {
         return Err(InvalidModel::Version { found, known: FORMAT_VERSION });
     }
     let header: Header = serde_json::from_str(text).map_err(InvalidModel::Metadata)?;
+    if found < u64::from(layout::version(&header.architecture)) {
+        let message = format!("its taps lie along ways that version {found} does not know");
+        return Err(InvalidModel::Architecture(message));
+    }
     check::architecture(&header.architecture).map_err(InvalidModel::Architecture)?;
     Ok(header)
 }

@@ -36,7 +36,12 @@ fn model_file(form: Architecture, precision: Precision) -> ModelFile {
 
 #[test]
 fn round_trips_are_exact_in_numbers_and_in_bytes() {
-    for form in [Architecture::paper(0.1), Architecture::taps(1.0 / 3.0), Architecture::neumip(0.7)] {
+    for form in [
+        Architecture::paper(0.1),
+        Architecture::taps(1.0 / 3.0),
+        Architecture::neumip(0.7),
+        Architecture::see_through(0.2),
+    ] {
         for precision in Precision::ALL {
             let file = model_file(form.clone(), precision);
             let bytes = file.to_bytes().unwrap();
@@ -50,6 +55,17 @@ fn round_trips_are_exact_in_numbers_and_in_bytes() {
     let file = ModelFile { sampler: None, ..model_file(Architecture::paper(0.1), Precision::U8) };
     file.write(&path).unwrap();
     assert_eq!(ModelFile::read(&path).unwrap(), file);
+}
+
+#[test]
+fn files_have_the_oldest_version_that_says_what_they_say() {
+    let says = |form: Architecture, words: &str| {
+        let bytes = model_file(form, Precision::U8).to_bytes().unwrap();
+        String::from_utf8_lossy(&bytes).contains(words)
+    };
+    assert!(says(Architecture::taps(0.1), "\\\"version\\\":1") && !says(Architecture::taps(0.1), "_way"));
+    assert!(says(Architecture::see_through(0.1), "\\\"version\\\":2"));
+    assert!(says(Architecture::see_through(0.1), "\\\"opacity_way\\\":\\\"through\\\""));
 }
 
 #[test]
@@ -97,7 +113,10 @@ fn broken_files_get_one_clear_error() {
             "no safetensors file",
         ),
         (b"\x04\0\0\0\0\0\0\0nope".to_vec(), "no safetensors file"),
-        (replaced("\\\"version\\\":1", "\\\"version\\\":7"), "format version is 7; this program reads 1"),
+        (
+            replaced("\\\"version\\\":1", "\\\"version\\\":7"),
+            "format version is 7; this program reads 1 to 2",
+        ),
         (replaced("osculate-sbtf", "other"), "its format is \"other\""),
         (replaced("\\\"depth\\\":0.1", "\\\"depth\\\":-1"), "depth is -1"),
         (replaced("\\\"depth\\\":0.1", "\\\"depth\\\":true"), "its metadata: invalid type"),

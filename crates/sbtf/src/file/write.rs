@@ -9,7 +9,7 @@ use osculate_geom::write_atomically;
 use safetensors::tensor::{Dtype, View, serialize};
 
 use super::metadata::Header;
-use super::{FORMAT_VERSION, FileError, ModelFile, layout};
+use super::{FileError, ModelFile, layout};
 use crate::infer::{StoredTexture, Texels};
 
 impl ModelFile {
@@ -48,7 +48,7 @@ impl ModelFile {
         }
         let header = Header {
             format: layout::FORMAT.to_owned(),
-            version: FORMAT_VERSION,
+            version: layout::version(&self.model.architecture),
             architecture: self.model.architecture.clone(),
             provenance: self.provenance.clone(),
             sampler: self.sampler.clone(),

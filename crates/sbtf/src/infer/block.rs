@@ -4,11 +4,11 @@
 //! that miss do not go on to the colour: both stages gather what is left into full blocks.
 
 use super::kernels::{BLOCK, Buffers, Isa, Row, Rows, Task};
-use super::lane_math::{azimuth, exp_less_one, per_lane};
+use super::lane_math::{self, azimuth, exp_less_one, per_lane};
 use super::material::{BatchReport, Material};
 use super::packed_mlp::PackedMlp;
 use super::packed_texture::PackedTexture;
-use crate::model::{OffsetForm, OpacityHead, STEEPEST_RAY, inside_tile};
+use crate::model::{OffsetForm, OpacityHead, STEEPEST_RAY, Way, inside_tile};
 use crate::query::{Answer, Query};
 
 /// Queries by number.
@@ -216,6 +216,28 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
     }
 }
 
+/// Lengths of the ways, lane by lane; which way is decided outside the loops, so that each compiles to vectors.
+#[inline(always)]
+fn way_lengths(material: &Material, way: Way, Lanes { wo: [x, y, z], kappa, .. }: &Lanes) -> Row {
+    let depth = material.architecture.depth;
+    let wo = |k: usize| [x[k], y[k], z[k]];
+    let mut lengths = [0.0; BLOCK];
+    match way {
+        Way::Graze => lengths = per_lane(kappa, |kappa| lane_math::graze(kappa, depth)),
+        Way::Descend => {
+            for k in 0..BLOCK {
+                lengths[k] = lane_math::descend(wo(k), kappa[k], depth);
+            }
+        }
+        Way::Through => {
+            for k in 0..BLOCK {
+                lengths[k] = lane_math::through(wo(k), kappa[k], depth);
+            }
+        }
+    }
+    lengths
+}
+
 /// Whether features are fetched anywhere but at the entry point.
 fn apart(taps: &[f32]) -> bool {
     taps.iter().any(|&fraction| fraction != 0.0)
@@ -255,7 +277,7 @@ pub(super) fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let Some(module) = &material.opacity else { return [1.0; BLOCK] };
     let architecture = &material.architecture;
     let along = work.azimuths();
-    let reach = |lanes: &Lanes| per_lane(&lanes.kappa, |kappa| material.opacity_reach(kappa));
+    let reach = |lanes: &Lanes| way_lengths(material, architecture.opacity_way, lanes);
     let step = work.step(apart(&architecture.opacity_taps), reach);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.opacity_taps);
     let direction = match architecture.opacity {
@@ -300,9 +322,7 @@ pub(super) fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     work: &mut Work<INPUTS, WIDTH>,
 ) -> [Row; 2] {
     let (module, architecture) = (&material.offset, &material.architecture);
-    let reach = |Lanes { wo: [x, y, z], kappa, .. }: &Lanes| -> Row {
-        std::array::from_fn(|k| material.offset_reach([x[k], y[k], z[k]], kappa[k]))
-    };
+    let reach = |lanes: &Lanes| way_lengths(material, architecture.offset_way, lanes);
     let wanted = architecture.offset == OffsetForm::AlongReach || apart(&architecture.offset_taps);
     let step = work.step(wanted, reach);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.offset_taps);

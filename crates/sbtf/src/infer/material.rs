@@ -11,7 +11,7 @@ use super::packed_texture::PackedTexture;
 use super::rows::{AnswerRows, QueryRows, Sizes, Slices};
 use super::stages::{AlphaBatch, EnterBatch, RgbBatch};
 use super::stored::{StoredModel, StoredModule};
-use crate::model::{Architecture, LONGEST_REACH, OpacityHead, bounded};
+use crate::model::{Architecture, OpacityHead, Way, bounded};
 use crate::query::{Answer, Entry, Incidence, Query, SeeThrough, SilhouetteBtf};
 use crate::silhouette::{cosine_of_dip, largest_cosine};
 
@@ -239,16 +239,15 @@ impl Material {
         }
     }
 
+    /// [`Architecture::way_length`].
     #[inline(always)]
-    pub(super) fn opacity_reach(&self, kappa: f32) -> f32 {
-        lane_math::opacity_reach(kappa, self.architecture.depth)
-    }
-
-    #[inline(always)]
-    pub(super) fn offset_reach(&self, wo: [f32; 3], kappa: f32) -> f32 {
-        let (sine, cosine) = ((wo[0] * wo[0] + wo[1] * wo[1]).sqrt(), wo[2].max(f32::MIN_POSITIVE));
-        let flat = (self.architecture.depth * sine / cosine).min(LONGEST_REACH);
-        if kappa > 0.0 { flat.min(2.0 * cosine * sine / kappa) } else { flat }
+    pub(super) fn way_length(&self, way: Way, wo: [f32; 3], kappa: f32) -> f32 {
+        let depth = self.architecture.depth;
+        match way {
+            Way::Graze => lane_math::graze(kappa, depth),
+            Way::Descend => lane_math::descend(wo, kappa, depth),
+            Way::Through => lane_math::through(wo, kappa, depth),
+        }
     }
 }
 

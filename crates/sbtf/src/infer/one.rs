@@ -44,7 +44,8 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for Alpha<'_, INPUTS, WIDTH> 
         let Some(module) = &material.opacity else { return 1.0 };
         let mut inputs = Column::<INPUTS>::zeroed();
         let along = Vec2::from(azimuth(view.wo.x, view.wo.y));
-        let step = along * material.opacity_reach(view.kappa);
+        let way = material.architecture.opacity_way;
+        let step = along * material.way_length(way, view.wo.to_array(), view.kappa);
         let next = fetch_taps(isa, module, view.uv, step, &material.architecture.opacity_taps, &mut inputs.0);
         let direction = match material.architecture.opacity {
             OpacityHead::Silhouette => along,
@@ -77,7 +78,7 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task
         let Self { material, view } = self;
         let (module, architecture) = (&material.offset, &material.architecture);
         let mut inputs = Column::<INPUTS>::zeroed();
-        let reach = material.offset_reach(view.wo.to_array(), view.kappa);
+        let reach = material.way_length(architecture.offset_way, view.wo.to_array(), view.kappa);
         let step = Vec2::from(azimuth(view.wo.x, view.wo.y)) * reach;
         let next = fetch_taps(isa, module, view.uv, step, &architecture.offset_taps, &mut inputs.0);
         inputs.0[next..next + 2].copy_from_slice(&[view.wo.x, view.wo.y]);

@@ -32,6 +32,7 @@ fn forms() -> Vec<(&'static str, Architecture)> {
         ("taps", small(Architecture::taps(0.1))),
         ("neumip", small(Architecture::neumip(0.1))),
         ("direct", Architecture { opacity: OpacityHead::Direct, ..paper.clone() }),
+        ("see-through", small(Architecture::see_through(0.1))),
         ("no curvature", Architecture { curvature: CurvatureInput::Absent, ..paper.clone() }),
         ("offset taps", Architecture { offset_taps: vec![0.0, 0.5, 1.0], ..paper.clone() }),
         ("along the ray", Architecture { offset: OffsetForm::AlongRay, ..paper.clone() }),

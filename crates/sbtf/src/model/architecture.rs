@@ -29,12 +29,17 @@ pub struct Architecture {
     pub offset: OffsetForm,
     /// Whether the networks know the curvature.
     pub curvature: CurvatureInput,
-    /// Where the opacity network's features are fetched: fractions of [`reach`](crate::silhouette::reach) along the azimuth of `wo`, away from
+    /// Where the opacity network's features are fetched: fractions of the length of [`Self::opacity_way`] along the azimuth of `wo`, away from
     /// the viewer. `[0]` is the paper's form.
     pub opacity_taps: Vec<f32>,
-    /// Where the offset network's features are fetched: fractions of the horizontal distance that this ray travels before it
-    /// is `depth` below a flat surface or, if that is shorter, leaves the circle. `[0]` is the paper's form.
+    /// Where the offset network's features are fetched: fractions of the length of [`Self::offset_way`]. `[0]` is the paper's form.
     pub offset_taps: Vec<f32>,
+    /// The way along which [`Self::opacity_taps`] lie; [`Way::Graze`] where a file does not say.
+    #[serde(default = "Way::graze", skip_serializing_if = "Way::is_graze")]
+    pub opacity_way: Way,
+    /// The way along which [`Self::offset_taps`] lie; [`Way::Descend`] where a file does not say.
+    #[serde(default = "Way::descend", skip_serializing_if = "Way::is_descend")]
+    pub offset_way: Way,
     /// Feature texture of the opacity module.
     pub opacity_texture: TextureShape,
     /// Feature texture of the offset module.
@@ -79,10 +84,42 @@ pub enum OffsetForm {
     Free,
     /// One output, a depth: the offset is that times `-wo.xy / max(wo.z, 0.05)` (NeuMIP, section 4.2).
     AlongRay,
-    /// One output, a share of the way along the surface that [`offset_reach`](Architecture::offset_reach) gives, in the direction of the
+    /// One output, a share of [`Architecture::offset_way`] in the direction of the
     /// ray: what is left to learn once direction and length of the way are known. Materials whose rays leave their plane need
     /// [`Free`](Self::Free).
     AlongReach,
+}
+
+/// Along which stretch of the surface features are fetched; [`Architecture::way_length`] has the lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    /// What a ray passes over that dips to the full depth, whatever the ray's own elevation: for the silhouette head, which
+    /// asks about all elevations at once.
+    Graze,
+    /// What the ray passes over before it is `depth` below a flat surface or, if that is shorter, leaves the circle.
+    Descend,
+    /// What the ray passes over before it leaves the layer that the material lies in, below or above, with the curvature:
+    /// whether a see-through material stops it is decided there and nowhere else.
+    Through,
+}
+
+impl Way {
+    fn graze() -> Self {
+        Self::Graze
+    }
+
+    fn is_graze(&self) -> bool {
+        *self == Self::Graze
+    }
+
+    fn descend() -> Self {
+        Self::Descend
+    }
+
+    fn is_descend(&self) -> bool {
+        *self == Self::Descend
+    }
 }
 
 /// Whether the networks know the curvature.
@@ -139,6 +176,23 @@ impl Architecture {
         Self { opacity_taps, offset_taps, offset: OffsetForm::AlongReach, ..Self::paper(depth) }
     }
 
+    /// The form for see-through materials: the direct head, and all features along the ray's way through the material.
+    #[must_use]
+    pub fn see_through(depth: f32) -> Self {
+        let form = Self::taps(depth).with_direct_head();
+        let offset_taps = vec![0.0, 0.12, 0.25, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0];
+        Self { offset_taps, offset_way: Way::Through, width: 32, ..form }
+    }
+
+    /// The same with the direct head, whose features lie along the ray's way through the material: whether the ray is stopped depends
+    /// on what is at both ends of it as much as between.
+    #[must_use]
+    pub fn with_direct_head(self) -> Self {
+        let opacity_taps =
+            vec![0.0, 0.06, 0.14, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62, 0.7, 0.78, 0.86, 0.94, 1.0];
+        Self { opacity: OpacityHead::Direct, opacity_taps, opacity_way: Way::Through, ..self }
+    }
+
     /// The paper's form: features at the entry point only.
     #[must_use]
     pub fn paper(depth: f32) -> Self {
@@ -150,6 +204,8 @@ impl Architecture {
             curvature: CurvatureInput::Given,
             opacity_taps: vec![0.0],
             offset_taps: vec![0.0],
+            opacity_way: Way::Graze,
+            offset_way: Way::Descend,
             opacity_texture: TextureShape::square(256, 8),
             offset_texture: TextureShape::square(256, 8),
             colour_texture: TextureShape::square(256, 8),

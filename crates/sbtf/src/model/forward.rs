@@ -79,7 +79,7 @@ impl Model {
     pub fn hit_uv(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Vec2 {
         let uv = uv.map(inside_tile);
         let kappa_hat = self.architecture.clamp_curvature(kappa_hat);
-        let step = azimuth(wo) * self.architecture.offset_reach(wo, kappa_hat);
+        let step = azimuth(wo) * self.architecture.way_length(self.architecture.offset_way, wo, kappa_hat);
         let mut inputs = self.offset.texture.taps(uv, step, &self.architecture.offset_taps);
         inputs.extend([wo.x, wo.y]);
         self.push_curvature(&mut inputs, kappa_hat);
@@ -142,7 +142,7 @@ impl SilhouetteBtf for Model {
             return 1.0;
         }
         let (uv, along) = (uv.map(inside_tile), azimuth(wo));
-        let step = along * architecture.opacity_reach(kappa_hat);
+        let step = along * architecture.way_length(architecture.opacity_way, wo, kappa_hat);
         let mut inputs = module.texture.taps(uv, step, &architecture.opacity_taps);
         match architecture.opacity {
             OpacityHead::Silhouette => inputs.extend([along.x, along.y]),

@@ -9,7 +9,9 @@ mod inputs;
 mod parameters;
 mod untrained;
 
-pub use architecture::{Architecture, CurvatureInput, LONGEST_REACH, OffsetForm, OpacityHead, TextureShape};
+pub use architecture::{
+    Architecture, CurvatureInput, LONGEST_REACH, OffsetForm, OpacityHead, TextureShape, Way,
+};
 pub use forward::{LARGEST_LOG, bounded, inside_tile};
 pub use inputs::{STEEPEST_RAY, azimuth};
 pub use parameters::{FeatureTexture, Layer, Mlp, Model, Module};

@@ -9,7 +9,9 @@ use super::dataset_options::{DatasetError, DatasetOptions, Silhouettes, Tracing}
 use super::distribution::{self, KappaDistribution};
 use super::field_tracer::FieldTracer;
 use super::pool::PatchPool;
-use super::{GrazingOptions, OpacityStudy, Patch, PatchSample, TileOptions, TileSurface, Transport};
+use super::{
+    GrazingOptions, MeshTracer, OpacityStudy, Patch, PatchSample, TileOptions, TileSurface, Transport,
+};
 use crate::micro::{Geometry, Microstructure};
 use crate::model::TextureShape;
 use crate::query::Query;
@@ -25,6 +27,8 @@ pub struct PatchDataset {
     transport: Transport,
     /// Of height fields.
     field: Option<FieldTracer>,
+    /// Of tile meshes, unless patches are asked for.
+    mesh: Option<MeshTracer>,
     /// Of tile meshes, and of height fields where they are asked for.
     triangles: Option<Triangles>,
 }
@@ -63,12 +67,19 @@ impl PatchDataset {
             Geometry::HeightField(field) => Some(FieldTracer::new(field, options.tile.shading)),
             Geometry::TileMesh(_) => None,
         };
+        let mesh = match &micro.geometry {
+            Geometry::TileMesh(mesh) if options.tracing == Tracing::March => {
+                Some(MeshTracer::new(mesh, &options.tile))
+            }
+            _ => None,
+        };
         let traced = field.is_none() || options.tracing == Tracing::Triangles;
         let dataset = Self {
             kappas: KappaDistribution::new(options.kappa_range),
             depth: micro.geometry.depth(),
             transport: Transport::new(options.transport),
             field,
+            mesh,
             triangles: traced.then(|| Triangles::new(micro, &options)),
             options,
         };
@@ -141,11 +152,13 @@ impl PatchDataset {
     /// Where the rows of a batch of the appearance are traced.
     fn places(&self, index: u64) -> Places {
         match &self.triangles {
-            Some(triangles) => Places::Patches(self.patches(triangles, index)),
-            None if self.options.patches.is_some() => {
+            Some(triangles) if self.options.tracing == Tracing::Triangles => {
+                Places::Patches(self.patches(triangles, index))
+            }
+            _ if self.options.patches.is_some() => {
                 Places::Cylinders(self.numbers(index).map(|number| self.numbered_cylinder(number)).collect())
             }
-            None => Places::Anywhere,
+            _ => Places::Anywhere,
         }
     }
 
@@ -163,12 +176,16 @@ impl PatchDataset {
             (None, Some(patch), Silhouettes::Traced(options)) => patch.silhouette_cosine(uv, along, &options),
             _ => None,
         };
-        let cos_o = distribution::opacity_cosine(silhouette, kappa, self.depth, random);
+        let cos_o = match &self.field {
+            Some(_) => distribution::opacity_cosine(silhouette, kappa, self.depth, random),
+            None => distribution::see_through_cosine(self.options.grazing, kappa, self.depth, random),
+        };
         let wo = viewer(along, cos_o);
-        let opaque = match (silhouette, patch) {
-            (Some(cosine), None) => cos_o >= cosine,
-            (_, Some(patch)) => patch.hits(uv, wo),
-            (None, None) => unreachable!("tile meshes are asked on patches"),
+        let opaque = match (silhouette, patch, &self.mesh) {
+            (Some(cosine), None, _) => cos_o >= cosine,
+            (_, Some(patch), _) => patch.hits(uv, wo),
+            (None, None, Some(mesh)) => mesh.hits(uv, wo, kappa),
+            (None, None, None) => unreachable!("tile meshes are bent, or asked on patches"),
         };
         OpacitySample {
             uv,
@@ -207,10 +224,11 @@ impl PatchDataset {
     }
 
     fn trace(&self, place: Place, query: &Query, random: &mut Random) -> Option<PatchSample> {
-        match (place, &self.field) {
-            (Place::Patch(patch), _) => patch.sample(&self.transport, query.uv, query.wo, query.wi, random),
-            (_, Some(field)) => field.sample(&self.transport, query, 1, random),
-            (_, None) => unreachable!("tile meshes are traced on patches"),
+        match (place, &self.field, &self.mesh) {
+            (Place::Patch(patch), ..) => patch.sample(&self.transport, query.uv, query.wo, query.wi, random),
+            (_, Some(field), _) => field.sample(&self.transport, query, 1, random),
+            (_, None, Some(mesh)) => mesh.sample(&self.transport, query, 1, random),
+            (_, None, None) => unreachable!("tile meshes are bent, or traced on patches"),
         }
     }
 }
@@ -288,13 +306,18 @@ fn viewer(along: Vec2, cosine: f32) -> Vec3 {
 impl SampleSource for PatchDataset {
     fn first_features(&self, which: Features, shape: TextureShape, seed: u64) -> Option<Vec<f32>> {
         let mut random = Random::new(seed, Stream::Features as u64, which as u64);
-        self.field.as_ref().map(|field| field.first_features(which, shape, &mut random))
+        match (&self.field, &self.mesh) {
+            (Some(field), _) => Some(field.first_features(which, shape, &mut random)),
+            (None, Some(mesh)) => Some(mesh.first_features(which, shape, &mut random)),
+            (None, None) => None,
+        }
     }
 
     fn fill_opacity(&self, index: u64, batch: &mut OpacityBatch) {
         let count = batch.len();
+        let traced = self.mesh.is_none() || self.options.silhouettes != Silhouettes::Unknown;
         let patches = match (&self.field, &self.triangles) {
-            (None, Some(triangles)) => self.patches(triangles, index),
+            (None, Some(triangles)) if traced => self.patches(triangles, index),
             _ => Vec::new(),
         };
         let sample = |row: usize| {

@@ -9,13 +9,16 @@ use super::{GrazingOptions, TileOptions, TransportOptions};
 pub struct DatasetOptions {
     /// Curvatures, 1/UV units. Default -2.5 to 2.5.
     pub kappa_range: [f32; 2],
-    /// How colours of height fields are found; tile meshes always are triangles.
+    /// How colours are found, and opacities of tile meshes.
     pub tracing: Tracing,
     /// Number of different patches, that is of curvatures and directions; `None`, the default, never repeats one. The paper has 2,400.
     pub patches: Option<u64>,
     /// Patches in a batch, where there are patches: of triangles, or a number of them. Each appears in so many batches one after the
     /// other, so that one is made per batch. Default 8; the paper's protocol is 1.
     pub patches_per_batch: u64,
+    /// Share of the opacity samples of tile meshes on convex patches that graze, evenly in dip; the others are even over the
+    /// hemisphere, since holes are seen from everywhere. Default 0.1.
+    pub grazing: f32,
     /// What opacity samples of tile meshes say of the silhouette cosine.
     pub silhouettes: Silhouettes,
     /// Transport.
@@ -35,10 +38,10 @@ pub enum Silhouettes {
     Traced(GrazingOptions),
 }
 
-/// How colours of height fields are found.
+/// How colours are found, and opacities of tile meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tracing {
-    /// By marching through the field as it is bent for each sample on its own.
+    /// Through the field or mesh as it is bent for each sample on its own.
     March,
     /// By rays in the triangles of patches, which samples share.
     Triangles,
@@ -51,6 +54,7 @@ impl Default for DatasetOptions {
             tracing: Tracing::March,
             patches: None,
             patches_per_batch: 8,
+            grazing: 0.1,
             silhouettes: Silhouettes::Unknown,
             transport: TransportOptions::default(),
             tile: TileOptions::default(),

@@ -56,6 +56,13 @@ pub(super) fn opacity_cosine(silhouette: Option<f32>, kappa: f32, depth: f32, ra
     (cosine + beyond).clamp(1e-6, 1.0)
 }
 
+/// `cos_o` of an opacity sample of a see-through material: this share evenly in dip over what a ray can pass above, where the patch is
+/// convex, the rest evenly in `(0, 1]`.
+pub(super) fn see_through_cosine(grazing: f32, kappa: f32, depth: f32, random: &mut Random) -> f32 {
+    let (pick, x) = (random.unit(), 1.0 - random.unit());
+    if kappa > 0.0 && pick < grazing { cosine_of_dip(x, kappa, depth).max(1e-6) } else { x }
+}
+
 /// `cos_o` of an appearance sample: 70 % evenly over the hemisphere, 30 % with a density that goes with `1 / sqrt(cos_o)`.
 pub(super) fn appearance_cosine(random: &mut Random) -> f32 {
     let (pick, x) = (random.unit(), 1.0 - random.unit());

@@ -5,6 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::mesh_tracer::Top;
 use crate::micro::{Grid, HeightField};
 use crate::model::TextureShape;
 use crate::random::Random;
@@ -29,6 +30,11 @@ pub(super) fn first_features(
         Features::Rays => heights(field, shape),
         Features::Colour => looks(field, normals, shape),
     };
+    standardised(&maps, shape, random)
+}
+
+/// Maps as features of one mean and spread; what is left of the channels is noise.
+pub(super) fn standardised(maps: &[Vec<f32>], shape: TextureShape, random: &mut Random) -> Vec<f32> {
     let mut texels: Vec<f32> = (0..shape.len()).map(|_| NOISE * random.signed()).collect();
     for (channel, map) in maps.iter().take(shape.channels).enumerate() {
         let (mean, deviation) = moments(map);
@@ -73,6 +79,38 @@ fn looks(field: &HeightField, normals: &Grid<Vec3>, shape: TextureShape) -> Vec<
     ]
 }
 
+/// What stands at a point of a tile mesh, seen from straight above.
+type TopOf<'a> = dyn Fn(Vec2) -> Option<Top> + 'a;
+
+/// For rays that may pass through a mesh: the share of the texel that is covered, the height,
+/// and the most and least of both around.
+pub(super) fn cover(top: &TopOf<'_>, depth: f32, shape: TextureShape) -> Vec<Vec<f32>> {
+    let cover = over_texels(shape, |uv| f32::from(u8::from(top(uv).is_some())));
+    let height = over_texels(shape, |uv| top(uv).map_or(0.0, |top| 1.0 + top.z / depth));
+    let mut maps = vec![cover, height];
+    let radius = (shape.width / 48).max(1);
+    maps.push(highest_around(&maps[0], shape, radius));
+    maps.push(lowest_around(&maps[0], shape, radius));
+    maps.push(highest_around(&maps[1], shape, radius));
+    maps.push(lowest_around(&maps[1], shape, radius));
+    maps
+}
+
+/// For light that meets a mesh: albedo, normal, height, roughness and metalness of what is seen from above; nothing where nothing is.
+pub(super) fn tops(top: &TopOf<'_>, depth: f32, shape: TextureShape) -> Vec<Vec<f32>> {
+    let map = |value: &dyn Fn(&Top) -> f32| over_texels(shape, |uv| top(uv).map_or(0.0, |top| value(&top)));
+    vec![
+        map(&|top| top.point.reflectance.albedo.x),
+        map(&|top| top.point.reflectance.albedo.y),
+        map(&|top| top.point.reflectance.albedo.z),
+        map(&|top| top.point.normal.normalize_or_zero().x),
+        map(&|top| top.point.normal.normalize_or_zero().y),
+        map(&|top| 1.0 + top.z / depth),
+        map(&|top| top.point.reflectance.roughness),
+        map(&|top| top.point.reflectance.metalness),
+    ]
+}
+
 /// Points of a texel, a third of it apart.
 fn footprint(shape: TextureShape, texel: usize) -> impl Iterator<Item = Vec2> {
     let (column, row) = (texel % shape.width, texel / shape.width);
@@ -97,6 +135,12 @@ fn highest_around(map: &[f32], shape: TextureShape, radius: usize) -> Vec<f32> {
     let row = |i: usize| over(width, i % width, &|x| map[i / width * width + x]);
     let rows: Vec<f32> = (0..map.len()).map(row).collect();
     (0..map.len()).map(|i| over(height, i / width, &|y| rows[y * width + i % width])).collect()
+}
+
+/// The minimum over a square, as [`highest_around`].
+fn lowest_around(map: &[f32], shape: TextureShape, radius: usize) -> Vec<f32> {
+    let mirrored: Vec<f32> = map.iter().map(|x| -x).collect();
+    highest_around(&mirrored, shape, radius).into_iter().map(|x| -x).collect()
 }
 
 fn moments(map: &[f32]) -> (f32, f32) {

@@ -1,6 +1,7 @@
 //! Microstructures on cylinders of signed curvature, and light in them (paper, section 4.4).
 
 mod bend;
+mod bent_mesh;
 mod dataset;
 mod dataset_options;
 mod distribution;
@@ -10,6 +11,7 @@ mod first_features;
 mod grazing;
 mod height_tile;
 mod march;
+mod mesh_tracer;
 mod pool;
 mod shell;
 mod subdivide;
@@ -28,7 +30,7 @@ pub use export::{ExportError, export_dataset};
 pub(crate) use field_tracer::FieldTracer;
 pub use grazing::{GrazingOptions, OpacityStudy};
 pub use height_tile::height_tile;
-pub(crate) use pool::PatchPool;
+pub(crate) use mesh_tracer::MeshTracer;
 pub use surface::Patch;
 pub use sweep::Sweep;
 pub use tile::{FieldShading, Shading, TileOptions, TilePoint, TileSurface};

@@ -64,7 +64,7 @@ pub struct FieldShading {
 #[derive(Debug)]
 enum ShadingSource {
     Field(FieldShading),
-    Mesh { mesh: TileMesh, normals: Option<Vec<Vec3>>, sources: Vec<u32> },
+    Mesh { mesh: TileMesh, normals: Option<Vec<Vec3>>, tints: Option<Vec<Vec3>>, sources: Vec<u32> },
 }
 
 /// How a point of the surface is shaded.
@@ -103,15 +103,19 @@ impl TileSurface {
         let triangles: Vec<[u32; 3]> = mesh.triangles().iter().map(|t| t.vertices).collect();
         let longest = longest_edge(options, mesh.depth());
         let mut normals = mesh.normals().to_vec();
+        let mut tints = mesh.tints().map(<[Vec3]>::to_vec);
         let first_new = vertices.len();
         let (triangles, split) = subdivide_long_edges(&mut vertices, &triangles, longest);
         for [a, b] in split.parents {
             let sum = normals[a as usize] + normals[b as usize];
             normals.push(sum.try_normalize().unwrap_or(normals[a as usize]));
+            if let Some(tints) = &mut tints {
+                tints.push(0.5 * (tints[a as usize] + tints[b as usize]));
+            }
         }
         debug_assert_eq!(normals.len(), vertices.len(), "{first_new} vertices before");
         let normals = (options.shading == Shading::Smooth).then_some(normals);
-        let shading = ShadingSource::Mesh { mesh: mesh.clone(), normals, sources: split.sources };
+        let shading = ShadingSource::Mesh { mesh: mesh.clone(), normals, tints, sources: split.sources };
         Self::with(vertices, triangles, longest, shading, mesh.depth(), 0.0)
     }
 
@@ -158,13 +162,16 @@ impl TileSurface {
     pub(super) fn point(&self, triangle: usize, weights: [f32; 3], uv: Vec2) -> TilePoint {
         match &self.shading {
             ShadingSource::Field(shading) => shading.point(uv),
-            ShadingSource::Mesh { mesh, normals, sources } => {
+            ShadingSource::Mesh { mesh, normals, tints, sources } => {
                 let corners = self.triangles[triangle];
-                let normal = normals
-                    .as_ref()
-                    .map_or(Vec3::ZERO, |all| (0..3).map(|i| weights[i] * all[corners[i] as usize]).sum());
+                let interpolated =
+                    |all: &Vec<Vec3>| (0..3).map(|i| weights[i] * all[corners[i] as usize]).sum();
+                let normal = normals.as_ref().map_or(Vec3::ZERO, interpolated);
+                let tint = tints.as_ref().map_or(Vec3::ONE, interpolated);
                 let source = mesh.triangles()[sources[triangle] as usize];
-                TilePoint { reflectance: mesh.materials()[source.material as usize], normal }
+                let base = mesh.materials()[source.material as usize];
+                let reflectance = Reflectance { albedo: base.albedo * tint, ..base };
+                TilePoint { reflectance, normal }
             }
         }
     }

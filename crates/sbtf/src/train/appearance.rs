@@ -300,7 +300,7 @@ impl Rays {
             let i = first + sample;
             let wo = Vec3::new(batch.wo[0][i], batch.wo[1][i], batch.wo[2][i]);
             let kappa = form.clamp_curvature(batch.kappa_hat[i]);
-            let step = azimuth(wo) * form.offset_reach(wo, kappa);
+            let step = azimuth(wo) * form.way_length(form.offset_way, wo, kappa);
             let unit = match form.offset {
                 OffsetForm::AlongReach => step,
                 _ => -Vec2::new(wo.x, wo.y) / wo.z.max(STEEPEST_RAY),

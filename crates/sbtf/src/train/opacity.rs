@@ -198,7 +198,7 @@ fn predict(
         let wo = Vec3::new(batch.wo[0][i], batch.wo[1][i], batch.wo[2][i]);
         let kappa = form.clamp_curvature(batch.kappa_hat[i]);
         let along = azimuth(wo);
-        let reach = form.opacity_reach(kappa);
+        let reach = form.way_length(form.opacity_way, wo, kappa);
         for axis in 0..2 {
             start[axis][sample] = batch.uv[axis][i];
             step[axis][sample] = along[axis] * reach;

@@ -9,7 +9,7 @@ use super::learner::{Learner, LearnerState};
 use super::opacity::OpacityLearner;
 use super::options::{AppearanceLoss, ColourLoss, OpacityLoss, Supervision};
 use crate::model::{
-    Architecture, CurvatureInput, OffsetForm, OpacityHead, STEEPEST_RAY, TextureShape, azimuth,
+    Architecture, CurvatureInput, OffsetForm, OpacityHead, STEEPEST_RAY, TextureShape, Way, azimuth,
 };
 use crate::random::Random;
 use crate::samples::{AppearanceBatch, OpacityBatch};
@@ -130,7 +130,7 @@ fn opacity_loss(
         if silhouette && kappa <= 0.0 {
             continue;
         }
-        let step = azimuth(wo) * form.opacity_reach(kappa);
+        let step = azimuth(wo) * form.way_length(form.opacity_way, wo, kappa);
         let mut inputs = Vec::new();
         for &fraction in &form.opacity_taps {
             let at = |axis: usize| f64::from(batch.uv[axis][i]) + f64::from(step[axis]) * f64::from(fraction);
@@ -171,7 +171,7 @@ fn appearance_loss(
     for i in 0..batch.len() {
         let (wo, wi) = (direction(&batch.wo, i), direction(&batch.wi, i));
         let kappa = form.clamp_curvature(batch.kappa_hat[i]);
-        let step = azimuth(wo) * form.offset_reach(wo, kappa);
+        let step = azimuth(wo) * form.way_length(form.offset_way, wo, kappa);
         let uv = [0, 1].map(|axis: usize| f64::from(batch.uv[axis][i]));
         let mut inputs = Vec::new();
         for &fraction in &form.offset_taps {
@@ -275,13 +275,14 @@ fn opacity_gradients_are_central_differences() {
         batch.alpha[i] = f32::from(u8::from(random.unit() < 0.5));
     }
     let loss = OpacityLoss { l1: 0.3, l2: 1.0 };
-    for (head, supervision, sigma) in [
-        (OpacityHead::Silhouette, Supervision::Full, 0.0),
-        (OpacityHead::Silhouette, Supervision::Full, 0.8),
-        (OpacityHead::Silhouette, Supervision::ColourAndAlpha, 0.0),
-        (OpacityHead::Direct, Supervision::Full, 0.0),
+    for (head, opacity_way, supervision, sigma) in [
+        (OpacityHead::Silhouette, Way::Graze, Supervision::Full, 0.0),
+        (OpacityHead::Silhouette, Way::Graze, Supervision::Full, 0.8),
+        (OpacityHead::Silhouette, Way::Graze, Supervision::ColourAndAlpha, 0.0),
+        (OpacityHead::Direct, Way::Graze, Supervision::Full, 0.0),
+        (OpacityHead::Direct, Way::Through, Supervision::Full, 0.8),
     ] {
-        let form = Architecture { opacity: head, ..small_form() };
+        let form = Architecture { opacity: head, opacity_way, ..small_form() };
         let mut learner = OpacityLearner::new(&form, loss, supervision, &mut random);
         off_the_kinks(&mut learner.learner, &mut random);
         let value = learner.gradients(&batch, sigma);
@@ -290,7 +291,7 @@ fn opacity_gradients_are_central_differences() {
         let exact = |module: &Exact| opacity_loss(&form, loss, supervision, module, &batch);
         assert!((value - exact(&module)).abs() < 1e-5 * value, "{head:?}: {value} {}", exact(&module));
         let (by_texture, by_network) = differences(&module, exact);
-        let what = format!("{head:?} {supervision:?} {sigma}");
+        let what = format!("{head:?} {opacity_way:?} {supervision:?} {sigma}");
         assert_close(&format!("{what} texture"), &texture, &by_texture);
         assert_close(&format!("{what} network"), &network, &by_network);
     }
@@ -309,15 +310,16 @@ fn appearance_gradients_are_central_differences() {
         batch.offset.iter_mut().for_each(|row| row[i] = 0.3 * random.signed());
         batch.rgb.iter_mut().for_each(|row| row[i] = (4.0 * random.signed()).max(0.0));
     }
-    for (offset, colour, supervision, sigma) in [
-        (OffsetForm::Free, ColourLoss::Unbiased, Supervision::Full, 0.0),
-        (OffsetForm::Free, ColourLoss::Logarithmic, Supervision::ColourAndAlpha, 0.7),
-        (OffsetForm::AlongRay, ColourLoss::Unbiased, Supervision::ColourAndAlpha, 0.0),
-        (OffsetForm::AlongReach, ColourLoss::Unbiased, Supervision::Full, 0.7),
+    for (offset, offset_way, colour, supervision, sigma) in [
+        (OffsetForm::Free, Way::Descend, ColourLoss::Unbiased, Supervision::Full, 0.0),
+        (OffsetForm::Free, Way::Descend, ColourLoss::Logarithmic, Supervision::ColourAndAlpha, 0.7),
+        (OffsetForm::AlongRay, Way::Descend, ColourLoss::Unbiased, Supervision::ColourAndAlpha, 0.0),
+        (OffsetForm::AlongReach, Way::Descend, ColourLoss::Unbiased, Supervision::Full, 0.7),
+        (OffsetForm::AlongReach, Way::Through, ColourLoss::Unbiased, Supervision::Full, 0.7),
     ] {
         let curvature =
             if offset == OffsetForm::Free { CurvatureInput::Given } else { CurvatureInput::Absent };
-        let form = Architecture { offset, curvature, ..small_form() };
+        let form = Architecture { offset, offset_way, curvature, ..small_form() };
         let loss = AppearanceLoss { colour, l1: 0.1, offset: 0.5 };
         let mut learner = AppearanceLearner::new(&form, loss, supervision, &mut random);
         off_the_kinks(&mut learner.offset, &mut random);
@@ -333,7 +335,7 @@ fn appearance_gradients_are_central_differences() {
                 changed[which] = module.clone();
                 exact(&changed)
             });
-            let what = format!("{offset:?} {supervision:?} module {which}");
+            let what = format!("{offset:?} {offset_way:?} {supervision:?} module {which}");
             assert_close(&format!("{what} texture"), texture, &by_texture);
             assert_close(&format!("{what} network"), network, &by_network);
         }

@@ -7,11 +7,13 @@ use clap::Args;
 use osculate_render::output::write_png;
 use osculate_sbtf::SilhouetteBtf;
 use osculate_sbtf::evaluate::{
-    AppearanceOptions, Pair, SilhouetteOptions, SilhouetteScore, appearance_pairs, silhouettes, total,
+    AppearanceOptions, Coverage, CoverageOptions, Pair, SilhouetteOptions, SilhouetteScore, appearance_pairs,
+    coverage, silhouettes, total,
 };
 use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::infer::Material;
 use osculate_sbtf::micro::Microstructure;
+use osculate_sbtf::model::OpacityHead;
 use osculate_sbtf::oracle::{Oracle, OracleOptions};
 use serde::Serialize;
 
@@ -34,7 +36,7 @@ pub struct EvalArgs {
     /// The microstructure [default: the procedural one that the first model names]
     #[arg(long, value_name = "NAME|FILE")]
     micro: Option<String>,
-    /// Rays for the silhouette at each curvature
+    /// Rays for the silhouette, and for the opacity of see-through models, at each curvature
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
     rays: u32,
     /// Paths per pixel of the exact pictures
@@ -73,7 +75,29 @@ struct ModelReport {
     /// Share of the base error left over all curvatures.
     left: f64,
     silhouettes: Vec<SilhouetteScore>,
+    /// Of models with a direct opacity.
+    coverage: Option<CoverageReport>,
     appearance: Vec<AppearanceScore>,
+}
+
+/// Which rays of all elevations a model stops, beside the truth.
+#[derive(Debug, Clone, Serialize)]
+struct CoverageReport {
+    /// Over all curvatures.
+    all: CoverageRow,
+    by_kappa: Vec<CoverageRow>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+struct CoverageRow {
+    /// `None` for all.
+    kappa: Option<f32>,
+    /// Share of the rays that pass in truth.
+    open: f64,
+    /// Intersection over union of the rays that are stopped.
+    opaque_iou: f64,
+    /// The same of those that pass.
+    hole_iou: f64,
 }
 
 /// Runs the command.
@@ -101,11 +125,16 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
             let options = SilhouetteOptions { rays: args.rays, ..Default::default() };
             silhouettes(&oracle, material, depth, &options)
         };
+        let coverage = (material.architecture().opacity == OpacityHead::Direct).then(|| {
+            let _step = console.step("comparing opacities");
+            cover(&oracle, material, args.rays)
+        });
         let pairs = if args.silhouettes_only { Vec::new() } else { compare(&oracle, material, console) };
         models.push(ModelReport {
             model: path.display().to_string(),
             left: total(&scores).left(),
             silhouettes: scores,
+            coverage,
             appearance: appearance_scores(&pairs, AppearanceOptions::default().size as usize),
         });
         pictures.push(pairs);
@@ -176,6 +205,21 @@ fn another(path: &Path, found: &str, wanted: &str) -> anyhow::Error {
     )
 }
 
+fn cover(oracle: &dyn SilhouetteBtf, material: &Material, rays: u32) -> CoverageReport {
+    let options = CoverageOptions { rays, ..Default::default() };
+    let row = |kappa: Option<f32>, found: Coverage| CoverageRow {
+        kappa,
+        open: found.open(),
+        opaque_iou: found.opaque_iou(),
+        hole_iou: found.hole_iou(),
+    };
+    let found = coverage(oracle, material, &options);
+    CoverageReport {
+        all: row(None, found.iter().copied().fold(Coverage::default(), Coverage::plus)),
+        by_kappa: options.kappas.iter().zip(found).map(|(&kappa, found)| row(Some(kappa), found)).collect(),
+    }
+}
+
 fn compare(oracle: &dyn SilhouetteBtf, material: &Material, console: &Console) -> Vec<Pair> {
     let _step = console.step("comparing pictures");
     appearance_pairs(oracle, material, &AppearanceOptions::default())
@@ -198,11 +242,25 @@ fn print(models: &[ModelReport], console: &Console) {
             row(score.kappa.to_string(), score);
         }
         row("all".to_owned(), &total(&model.silhouettes));
+        if let Some(coverage) = &model.coverage {
+            print_coverage(coverage, console);
+        }
         if !model.appearance.is_empty() {
             console.result("  kappa    PSNR, dB   FLIP");
         }
         for score in &model.appearance {
             console.result(format_args!("  {:>5}    {:>8.2}  {:>5.3}", score.kappa, score.psnr, score.flip));
         }
+    }
+}
+
+fn print_coverage(coverage: &CoverageReport, console: &Console) {
+    console.result("  kappa    rays that pass   IoU of stopped rays   IoU of passing rays");
+    for row in coverage.by_kappa.iter().chain([&coverage.all]) {
+        let kappa = row.kappa.map_or("all".to_owned(), |kappa| kappa.to_string());
+        console.result(format_args!(
+            "  {kappa:>5}    {:>14.4}   {:>19.4}   {:>19.4}",
+            row.open, row.opaque_iou, row.hole_iou
+        ));
     }
 }

@@ -183,7 +183,7 @@ pub fn run(args: &TrainArgs, console: &Console, reporter: &Reporter) -> Result<O
     }
     // Only now is it of no more use.
     std::fs::remove_file(&checkpoint).ok();
-    print(args, bytes, &summary, &export, &report, console);
+    print(args, bytes, (form.opacity, &summary), &export, &report, console);
     let output = args.output.display().to_string();
     reporter.write(
         "train",
@@ -241,21 +241,18 @@ fn checkpoint_path(output: &Path) -> PathBuf {
 
 fn architecture(args: &TrainArgs, micro: &Microstructure) -> Result<Architecture> {
     let depth = micro.geometry.depth();
+    let is_field = matches!(micro.geometry, Geometry::HeightField(_));
+    if args.head == Some(Head::Silhouette) && !is_field {
+        bail!("--head silhouette: {} is a mesh that rays may pass through; take direct", micro.name)
+    }
+    let direct = args.head == Some(Head::Direct) || !is_field;
     let mut form = match args.form {
+        Form::Taps if !is_field => Architecture::see_through(depth),
+        Form::Taps if direct => Architecture::taps(depth).with_direct_head(),
         Form::Taps => Architecture::taps(depth),
+        Form::Paper if direct => Architecture { opacity: OpacityHead::Direct, ..Architecture::paper(depth) },
         Form::Paper => Architecture::paper(depth),
         Form::Neumip => Architecture::neumip(depth),
-    };
-    let is_field = matches!(micro.geometry, Geometry::HeightField(_));
-    form.opacity = match (args.form, args.head) {
-        (Form::Neumip, _) => OpacityHead::Opaque,
-        (_, Some(Head::Direct)) => OpacityHead::Direct,
-        (_, Some(Head::Silhouette)) if !is_field => {
-            bail!("--head silhouette: {} is a mesh that rays may pass through; take direct", micro.name)
-        }
-        (_, Some(Head::Silhouette)) => OpacityHead::Silhouette,
-        (_, None) if is_field => OpacityHead::Silhouette,
-        (_, None) => OpacityHead::Direct,
     };
     if let Some(texels) = args.texture {
         for shape in [&mut form.opacity_texture, &mut form.offset_texture, &mut form.colour_texture] {
@@ -323,7 +320,7 @@ fn message(progress: &Progress) -> String {
 fn print(
     args: &TrainArgs,
     bytes: u64,
-    summary: &Summary,
+    (head, summary): (OpacityHead, &Summary),
     export: &ExportLoss,
     report: &TrainReport,
     console: &Console,
@@ -344,10 +341,11 @@ fn print(
         summary.seconds
     ));
     if let Some(scores) = summary.opacity {
-        console.result(format_args!(
-            "  share of the silhouette's error left, held-out: {}",
-            number(scores.error)
-        ));
+        let what = match head {
+            OpacityHead::Direct => "error of the opacity over the share of rays that pass, held-out",
+            OpacityHead::Silhouette | OpacityHead::Opaque => "share of the silhouette's error left, held-out",
+        };
+        console.result(format_args!("  {what}: {}", number(scores.error)));
     }
     if let Some(scores) = summary.appearance {
         console.result(format_args!(
