@@ -77,7 +77,7 @@ pub use lights::{Environment, EnvironmentImage, Light, RectangleLight};
 pub use masks::{Mask, coverage};
 pub use plan::{Decision, EffectPlan, plan};
 pub use prepared::SceneError;
-pub use render::{Progress, Queries, RenderOptions, Rendering, StopRule, render};
+pub use render::{Frame, Progress, Queries, RenderOptions, Rendering, StopRule, render, render_frames};
 pub use sampler::SamplerKind;
 pub use scene::{Material, MeshInstance, Scene};
 pub use texture::{Texture, TextureError};
