@@ -79,7 +79,7 @@ pub use lights::{Environment, EnvironmentImage, Light, RectangleLight};
 pub use masks::{Mask, coverage};
 pub use plan::{Decision, EffectPlan, ObjectDecision, plan};
 pub use prepared::SceneError;
-pub use render::{Progress, Queries, RenderOptions, Rendering, StopRule, render};
+pub use render::{Frame, Progress, Queries, RenderOptions, Rendering, StopRule, render, render_frames};
 pub use sampler::SamplerKind;
 pub use scene::{Material, MeshInstance, Scene};
 pub use texture::{Texture, TextureError};

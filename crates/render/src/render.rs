@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
-use crate::camera::CameraRay;
+use crate::camera::{Camera, CameraRay};
 use crate::counters::Counters;
 use crate::effects::Effects;
 use crate::film::{Film, PixelSum};
@@ -147,25 +147,71 @@ pub fn render(
     }
     let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
     let preparation = start.elapsed();
-    let pass = Pass { scene, prepared: &prepared, options, effects, radiance: specialised(effects) };
-    let mut film = Film::new(width, height);
-    let mut schedule = Schedule::new(width, height, options.stop);
-    let mut counters = Counters::default();
-    let tracing = Instant::now();
-    loop {
-        let orders = schedule.next(&film, tracing.elapsed());
-        if orders.is_empty() {
-            break;
-        }
-        counters += pass.run(&mut film, &mut schedule, &orders);
-        let (samples, noise, elapsed) = (schedule.samples(), film.noise(), tracing.elapsed());
-        let fraction = fraction(options.stop, samples, noise, elapsed);
-        if progress(&Progress { samples, fraction, noise, elapsed }).is_break() {
-            break;
-        }
+    let pass = Pass {
+        scene,
+        camera: &scene.camera,
+        prepared: &prepared,
+        options,
+        effects,
+        radiance: specialised(effects),
+    };
+    Ok(pass.render(preparation, progress))
+}
+
+/// A picture of a sequence: where it is seen from, and how the light has turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// In the place of the scene's.
+    pub camera: Camera,
+    /// Angle in radians by which directional lights have turned about +Y. Other lights stay.
+    pub light_turn: f32,
+    /// Where its random choices come from, in the place of the options'.
+    pub seed: u64,
+}
+
+/// Renders several pictures of a scene that is prepared once. The first one's preparation is that of all, the others' is
+/// zero. `tick` is called after every picture.
+///
+/// # Errors
+///
+/// A scene that cannot be rendered.
+pub fn render_frames(
+    scene: &Scene,
+    frames: &[Frame],
+    options: &RenderOptions,
+    tick: &mut dyn FnMut(),
+) -> Result<Vec<Rendering>, SceneError> {
+    let start = Instant::now();
+    let (width, height) = (scene.width, scene.height);
+    if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
+        return Err(SceneError::ImageSize { width, height });
     }
-    let (samples, samples_range) = (schedule.samples(), schedule.range());
-    Ok(Rendering { film, samples, samples_range, counters, effects, preparation, tracing: tracing.elapsed() })
+    let mut prepared = Prepared::new(scene)?;
+    if options.force.is_some() {
+        prepared.tell_all();
+    }
+    let mut frames_done = Vec::with_capacity(frames.len());
+    let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
+    let towards: Vec<Vec3> = prepared.suns.iter().map(|sun| sun.wi).collect();
+    let mut preparation = start.elapsed();
+    for frame in frames {
+        let turn = Mat3::from_rotation_y(frame.light_turn);
+        for (sun, wi) in prepared.suns.iter_mut().zip(&towards) {
+            sun.wi = turn * *wi;
+        }
+        let pass = Pass {
+            scene,
+            camera: &frame.camera,
+            prepared: &prepared,
+            options: &RenderOptions { seed: frame.seed, ..*options },
+            effects,
+            radiance: specialised(effects),
+        };
+        frames_done.push(pass.render(preparation, &mut |_| ControlFlow::Continue(())));
+        preparation = Duration::ZERO;
+        tick();
+    }
+    Ok(frames_done)
 }
 
 fn fraction(stop: StopRule, done: f64, noise: Option<f64>, elapsed: Duration) -> f64 {
@@ -182,6 +228,7 @@ fn fraction(stop: StopRule, done: f64, noise: Option<f64>, elapsed: Duration) ->
 
 struct Pass<'a> {
     scene: &'a Scene,
+    camera: &'a Camera,
     prepared: &'a Prepared,
     options: &'a RenderOptions,
     effects: Effects,
@@ -189,6 +236,34 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
+    /// Passes until the rule says stop, or `progress`.
+    fn render(
+        &self,
+        preparation: Duration,
+        progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Rendering {
+        let (stop, effects) = (self.options.stop, self.effects);
+        let mut film = Film::new(self.scene.width, self.scene.height);
+        let mut schedule = Schedule::new(self.scene.width, self.scene.height, stop);
+        let mut counters = Counters::default();
+        let tracing = Instant::now();
+        loop {
+            let orders = schedule.next(&film, tracing.elapsed());
+            if orders.is_empty() {
+                break;
+            }
+            counters += self.run(&mut film, &mut schedule, &orders);
+            let (samples, noise, elapsed) = (schedule.samples(), film.noise(), tracing.elapsed());
+            let fraction = fraction(stop, samples, noise, elapsed);
+            if progress(&Progress { samples, fraction, noise, elapsed }).is_break() {
+                break;
+            }
+        }
+        let (samples, samples_range) = (schedule.samples(), schedule.range());
+        let tracing = tracing.elapsed();
+        Rendering { film, samples, samples_range, counters, effects, preparation, tracing }
+    }
+
     /// Carries out orders.
     fn run(&self, film: &mut Film, schedule: &mut Schedule, orders: &[Order]) -> Counters {
         // Each tile is summed on its own and merged in order, so threads do not change the result.
@@ -271,11 +346,11 @@ impl Pass<'_> {
         let [dx, dy] = sampler.next_2d().map(tent);
         let (px, py) = (x as f32 + 0.5 + dx, y as f32 + 0.5 + dy);
         let (width, height) = (self.scene.width as f32, self.scene.height as f32);
-        let ray = if self.effects.depth_of_field && self.scene.camera.has_depth_of_field() {
+        let ray = if self.effects.depth_of_field && self.camera.has_depth_of_field() {
             counters.lens_samples += 1;
-            self.scene.camera.lens_ray(px, py, width, height, sampler.next_2d())
+            self.camera.lens_ray(px, py, width, height, sampler.next_2d())
         } else {
-            self.scene.camera.pinhole_ray(px, py, width, height)
+            self.camera.pinhole_ray(px, py, width, height)
         };
         (ray, sampler)
     }

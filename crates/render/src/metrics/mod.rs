@@ -4,9 +4,11 @@
 //! [`flip`] takes sRGB.
 
 mod filter;
+mod flicker;
 mod flip;
 mod ssim;
 
+pub use flicker::flicker;
 pub use flip::{FlipOptions, flip, flip_map};
 pub use ssim::ssim;
 

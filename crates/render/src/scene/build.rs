@@ -173,6 +173,7 @@ impl SceneFile {
                     // Curvature belongs to the mesh that was read.
                     loaded = LoadedMesh { mesh, curvature: None, field: None };
                 }
+                loaded = choice.told(loaded, scale);
                 SurfaceSource::Material(material)
             }
         };

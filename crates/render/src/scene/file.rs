@@ -12,7 +12,9 @@ use osculate_geom::reference::Shape;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{DirectionalCurvature, InstancesSection, Laying, Material, MaterialForm, QueryForm};
+use super::{
+    DirectionalCurvature, InstancesSection, Laying, Material, MaterialForm, QueryForm, ToldCurvature,
+};
 
 /// A scene file as it is written. Paths are relative to the file. Angles are in degrees, lengths in world units, colours
 /// linear RGB. Sections that are left out take what the preview has: its camera and, without lights and environment, its studio.
@@ -179,6 +181,8 @@ pub struct MaterialSection {
     pub tiles: [f32; 2],
     /// World length of a tile, which fixes how deep the material is. Default: what a tile measures on the mesh on average.
     pub tile_size: Option<f32>,
+    /// What forms that ask for curvature are told: `along`, `mean` or `unscaled`; see [`ToldCurvature`]. Default: `along`.
+    pub curvature: ToldCurvature,
 }
 
 impl Default for MaterialSection {
@@ -201,6 +205,7 @@ impl Default for MaterialSection {
             tolerance: Laying::new([1.0; 2], 1.0).tolerance,
             tiles: [1.0; 2],
             tile_size: None,
+            curvature: ToldCurvature::default(),
         }
     }
 }

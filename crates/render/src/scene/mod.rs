@@ -9,6 +9,7 @@ mod micro_surface;
 mod preview;
 mod silhouette;
 mod silhouette_section;
+mod told;
 
 use std::sync::Arc;
 
@@ -26,6 +27,7 @@ pub(crate) use micro_surface::MicroPoint;
 pub use micro_surface::{LayError, Laying, MicroSurface};
 pub use preview::PreviewOptions;
 pub use silhouette::{QueryForm, SilhouetteMaterial};
+pub use told::ToldCurvature;
 
 use crate::camera::Camera;
 use crate::lights::{Environment, Light};

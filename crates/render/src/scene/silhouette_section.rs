@@ -13,8 +13,9 @@ use osculate_sbtf::oracle::{Oracle, OracleOptions};
 use osculate_sbtf::sampling::Sampler;
 
 use super::checker::Checker;
+use super::file::LoadedMesh;
 use super::file::{MaterialSection, SceneFileError, Shell};
-use super::{Laying, Material, MaterialForm, MicroSurface, QueryForm, SilhouetteMaterial};
+use super::{Laying, Material, MaterialForm, MicroSurface, QueryForm, SilhouetteMaterial, ToldCurvature};
 
 /// What a scene file makes of a microstructure, before it is known which mesh it goes on.
 pub(super) struct Choice {
@@ -23,6 +24,7 @@ pub(super) struct Choice {
     tiles: [f32; 2],
     tile_size: Option<f32>,
     tolerance: f32,
+    told: ToldCurvature,
 }
 
 enum Content {
@@ -43,6 +45,17 @@ impl Choice {
     pub(super) fn shell(&self, scale: f32) -> Option<Shell> {
         let asked = matches!(self.content, Content::Asked { curvature: Curvature::Asked, .. });
         asked.then(|| self.laid(scale))
+    }
+
+    /// A mesh with the curvature that the material is told, where it asks.
+    pub(super) fn told(&self, loaded: LoadedMesh, scale: f32) -> LoadedMesh {
+        let (Some(shell), Some(tile_size)) = (self.shell(scale), self.laid(scale).tile_size_on(&loaded.mesh))
+        else {
+            return loaded;
+        };
+        let field =
+            self.told.of(&loaded.mesh, loaded.curvature.as_ref(), loaded.field, tile_size / shell.scale);
+        LoadedMesh { field, ..loaded }
     }
 
     fn laid(&self, scale: f32) -> Shell {
@@ -131,7 +144,7 @@ impl MaterialSection {
             MaterialForm::Displaced | MaterialForm::Flat => source.shown()?,
         };
         let (tiles, tile_size, tolerance) = (self.tiles, self.tile_size, self.tolerance);
-        Ok(Some(Choice { content, depth, tiles, tile_size, tolerance }))
+        Ok(Some(Choice { content, depth, tiles, tile_size, tolerance, told: self.curvature }))
     }
 }
 

@@ -19,8 +19,8 @@ use crate::cli::Outcome;
 use crate::commands::eval::microstructure_of;
 use crate::console::{Console, number};
 use crate::protocol::{
-    Entry, PictureOptions, PictureScore, SilhouetteRow, Subject, mask_strip, page, pictures, print,
-    silhouettes, strips,
+    Entry, FlickerRow, PictureOptions, PictureScore, SilhouetteRow, Subject, flicker_rows, mask_strip, page,
+    pictures, print, silhouettes, strips,
 };
 use crate::report::Reporter;
 use crate::study::run::{command_line, write_files};
@@ -41,12 +41,20 @@ pub struct SceneArgs {
     /// Pixels along each side of a picture
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096), requires = "scenes")]
     pixels: u32,
+    /// Also render N frames under a turning camera and N under a turning sun, and compare their flicker with the truth's
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = frames, requires = "scenes")]
+    frames: u32,
     /// Where all random choices come from
     #[arg(long, value_name = "S", default_value_t = 0, requires = "scenes")]
     seed: u64,
     /// Write pictures and a page with all of them into this folder
     #[arg(short, long, value_name = "DIR", requires = "scenes")]
     output: Option<PathBuf>,
+}
+
+fn frames(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|n| *n == 0 || (3..=1000).contains(n));
+    count.ok_or_else(|| "flicker is of 3 to 1000 frames; 0 for none".to_owned())
 }
 
 /// One material on one mesh.
@@ -66,6 +74,8 @@ pub struct Comparison {
     pub split: Split,
     /// The truth's noise first; empty with `--silhouettes-only`.
     pub pictures: Vec<PictureScore>,
+    /// The truth first; empty without `--frames`.
+    pub flicker: Vec<FlickerRow>,
 }
 
 /// Shares of the base error by cause; they sum up to what the model leaves.
@@ -159,7 +169,8 @@ fn baseline_of<'a>(candidate: &Candidate, baselines: &'a [(PathBuf, ModelFile)])
     baselines.iter().find(|(_, file)| hash(file).is_some_and(|h| h == wanted)).map(|(_, file)| file)
 }
 
-fn entry(file: &ModelFile) -> Entry {
+/// A model as an entry of the protocol.
+pub fn entry(file: &ModelFile) -> Entry {
     Entry {
         btf: Arc::new(Material::new(&file.model)),
         sampler: Arc::new(file.sampler.clone().unwrap_or_else(Sampler::cosine)),
@@ -197,6 +208,7 @@ fn compare(
     .with_context(|| path.display().to_string())?;
     let mut strips_of = Vec::new();
     let mut scores = Vec::new();
+    let mut flicker = Vec::new();
     if spp > 0 {
         let options = PictureOptions { pixels: args.pixels, spp, seed: args.seed };
         let baseline = baseline.map(|file| (entry(file), file.model.bytes()));
@@ -205,6 +217,12 @@ fn compare(
             pictures(subject, (&truth, heights), (&model, file.model.bytes()), beside, &options, console)?;
         strips_of = strips(subject, &shown, args.pixels as usize);
         scores = shown.into_iter().map(|s| s.score).collect();
+        if args.frames > 0 {
+            let bar = console.steps(&format!("flicker of {} on {}", micro.name, subject.name), 1000);
+            let mut tick = |share| bar.set_share(share);
+            let beside = baseline.as_ref().map(|(entry, _)| entry);
+            flicker = flicker_rows(subject, &truth, &model, beside, args.frames, &options, &mut tick)?;
+        }
     }
     strips_of.extend(mask_strip(&masks));
     let split = split(&masks.rows)?;
@@ -216,6 +234,7 @@ fn compare(
         silhouettes: masks.rows,
         split,
         pictures: scores,
+        flicker,
     };
     Ok((result, strips_of))
 }

@@ -10,5 +10,6 @@ pub mod render;
 pub mod study;
 pub mod study_filter;
 pub mod study_material;
+pub mod study_render;
 pub mod train;
 pub mod verify;

@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::demo::SPOT;
 use super::study_filter::{self, FilterArgs};
 use super::study_material::{self, MaterialArgs};
+use super::study_render::{self, RenderStudyArgs};
 use crate::cli::Outcome;
 use crate::console::{Console, count};
 use crate::input;
@@ -33,6 +34,7 @@ enum Study {
     Curvature(CurvatureArgs),
     Filter(FilterArgs),
     Material(MaterialArgs),
+    Render(RenderStudyArgs),
 }
 
 /// Every estimator, knob and noise level on surfaces of known curvature, beside other programs if they are here.
@@ -119,6 +121,7 @@ pub fn run(args: &StudyArgs, console: &Console, reporter: &Reporter) -> Result<O
         Study::Curvature(args) => run_curvature(args, console, reporter),
         Study::Filter(args) => study_filter::run(args, console, reporter),
         Study::Material(args) => study_material::run(args, console, reporter),
+        Study::Render(args) => study_render::run(args, console, reporter),
     }
 }
 

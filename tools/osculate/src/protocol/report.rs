@@ -8,6 +8,7 @@ use osculate_render::output::png_bytes;
 use osculate_render::scene::QueryForm;
 use osculate_render::{Mask, Picture, picture};
 
+use super::flicker::Motion;
 use super::pictures::Shown;
 use super::silhouettes::{MaskSet, SilhouetteRow};
 use super::subject::Subject;
@@ -57,6 +58,15 @@ pub fn print(results: &[Comparison], console: &Console) {
                 p.material_bytes as f64 / 1e6,
             ));
         }
+        for row in &result.flicker {
+            console.result(format_args!(
+                "  flicker, turning {:<6}  {:<10} {:.5}, {:.3} of the truth's",
+                motion_name(row.motion),
+                row.form,
+                row.flicker,
+                row.ratio
+            ));
+        }
     }
 }
 
@@ -66,6 +76,13 @@ fn split_words(split: &Split) -> String {
         let _ = write!(words, ", curvature {curvature:+.3}");
     }
     words
+}
+
+fn motion_name(motion: Motion) -> &'static str {
+    match motion {
+        Motion::Camera => "camera",
+        Motion::Light => "sun",
+    }
 }
 
 fn query_name(query: Option<QueryForm>) -> &'static str {
@@ -90,6 +107,13 @@ pub fn page(results: &[Comparison], pictures: &[Vec<(String, Picture)>], command
         sections.push(Section {
             title: "Pictures".into(),
             blocks: vec![Block::Text(texts.into()), Block::Table(picture_table(results))],
+        });
+    }
+    if results.iter().any(|r| !r.flicker.is_empty()) {
+        let text = "Root mean square of the second difference of luminance from frame to frame, under a camera that turns by one degree a frame and under a sun that turns by four. Each sequence is rendered twice, and the product of both stands for the square, so that noise does not count. The motion is the same in all forms: the ratio to the truth says what a form adds.";
+        sections.push(Section {
+            title: "Flicker".into(),
+            blocks: vec![Block::Text(text.into()), Block::Table(flicker_table(results))],
         });
     }
     for (result, shown) in results.iter().zip(pictures) {
@@ -180,6 +204,18 @@ fn picture_table(results: &[Comparison]) -> Table {
         })
     });
     Table::of_texts("Appearance, time and memory", &head, rows)
+}
+
+fn flicker_table(results: &[Comparison]) -> Table {
+    let rows = results.iter().flat_map(|r| {
+        r.flicker.iter().map(|row| {
+            let cells = [motion_name(row.motion), row.form].map(str::to_owned);
+            let name = format!("{} on {}", r.material, r.scene);
+            let numbers = [format!("{:.5}", row.flicker), format!("{:.3}", row.ratio)];
+            std::iter::once(name).chain(cells).chain(numbers).collect::<Vec<_>>()
+        })
+    });
+    Table::of_texts("Flicker", &["material", "turning", "form", "flicker", "of the truth's"], rows)
 }
 
 /// A strip per camera: the truth, then each form with its difference to the truth, four times as bright.

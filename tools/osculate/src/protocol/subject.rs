@@ -19,6 +19,7 @@ use osculate_sbtf::micro::HeightField;
 use osculate_sbtf::sampling::Sampler;
 use serde::Serialize;
 
+use super::flicker::direction;
 use crate::console::Console;
 use crate::field::OwnedField;
 use crate::input;
@@ -41,6 +42,8 @@ pub struct Subject {
     laying: Laying,
     /// Elevations in degrees, and the cameras.
     pub cameras: Vec<(f32, Camera)>,
+    target: Vec3,
+    distance: f32,
 }
 
 /// A material's answers, and how it is asked.
@@ -65,8 +68,12 @@ pub enum Form<'a> {
     Displaced(&'a Truth),
     /// A material that is asked.
     Asked { entry: Entry, query: QueryForm, exact_curvature: bool },
+    /// A material that is asked by the paper's query with the curvature at the point, unfiltered.
+    Unfiltered(Entry),
     /// A material that is asked without curvature.
     Blind(Entry),
+    /// The mesh itself with colours and normals of the heights.
+    Flat(&'a HeightField),
 }
 
 /// The displaced mesh, made once.
@@ -129,13 +136,23 @@ impl Subject {
         let target = osculate_geom::rays::to_f32(&centre);
         #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
         let distance = distance as f32;
-        let cameras = [10.0_f32, 35.0, 60.0].map(|degrees| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            let position = target + distance * Vec3::new(0.0, sin, cos);
-            (degrees, Camera::look_at(position, target, Vec3::Y, 2.0 * 0.40_f32.atan()))
-        });
+        let cameras = [10.0_f32, 35.0, 60.0].map(|degrees| (degrees, camera(target, distance, degrees, 0.0)));
         let laying = Laying { most_triangles: MOST_TRIANGLES, ..laying };
-        Ok(Self { name, mesh: Arc::new(mesh), curvature, exact, laying, cameras: cameras.into() })
+        Ok(Self {
+            name,
+            mesh: Arc::new(mesh),
+            curvature,
+            exact,
+            laying,
+            cameras: cameras.into(),
+            target,
+            distance,
+        })
+    }
+
+    /// The camera at 35 degrees, turned about +Y by an angle in radians.
+    pub fn camera_turned(&self, turn: f32) -> Camera {
+        camera(self.target, self.distance, 35.0, turn)
     }
 
     /// Whether the exact curvature is known.
@@ -145,9 +162,15 @@ impl Subject {
 
     /// Displaces the mesh.
     pub fn truth(&self, heights: &HeightField) -> Result<Truth> {
+        self.truth_within(heights, self.laying.tolerance)
+    }
+
+    /// Displaces the mesh so that heights are off by at most `tolerance` depths.
+    pub fn truth_within(&self, heights: &HeightField, tolerance: f32) -> Result<Truth> {
         let start = Instant::now();
+        let laying = Laying { tolerance, ..self.laying };
         let (made, micro) =
-            MicroSurface::displaced(&self.mesh, heights, &self.laying).with_context(|| self.name.clone())?;
+            MicroSurface::displaced(&self.mesh, heights, &laying).with_context(|| self.name.clone())?;
         let surface = SurfaceSource::Material(Material { micro: Some(micro), ..Material::default() });
         let object = MeshInstance { surface, ..MeshInstance::new(Arc::new(made.mesh)) };
         Ok(Truth { object, seconds: start.elapsed().as_secs_f64() })
@@ -181,25 +204,36 @@ impl Subject {
             Form::Inner(heights) => (self.inner(heights)?, Material::default(), None),
             Form::Displaced(truth) => return Ok(truth.object.clone()),
             Form::Blind(entry) => (Arc::clone(&self.mesh), self.asked(entry, QueryForm::Paper), None),
+            Form::Flat(heights) => {
+                let micro = MicroSurface::flat(&self.mesh, heights, &self.laying);
+                (Arc::clone(&self.mesh), Material { micro: Some(micro), ..Material::default() }, None)
+            }
+            Form::Unfiltered(entry) => {
+                let field = self.field(entry, Filter::Point, &self.curvature);
+                (Arc::clone(&self.mesh), self.asked(entry, QueryForm::Paper), Some(field.shared()))
+            }
             Form::Asked { entry, query, exact_curvature } => {
                 let filter = match query {
-                    QueryForm::Paper => FilterKind::March,
-                    QueryForm::Chord => FilterKind::Chord,
+                    QueryForm::Paper => Filter::March,
+                    QueryForm::Chord => Filter::Chord,
                 };
                 let curvature = match (&self.exact, exact_curvature) {
                     (Some(exact), true) => exact,
                     (_, false) => &self.curvature,
                     (None, true) => bail!("{}: its exact curvature is not known", self.name),
                 };
-                let depth = f64::from(entry.depth) * f64::from(self.laying.tile_size);
-                let filter = Filter::of_kind(filter).context("march and chord need no table")?;
-                let weld = BakeOptions::default().weld;
-                let walk = Some(WalkLength::Shell { depth });
-                let field = OwnedField::of_mesh(&self.mesh, weld, curvature, filter, walk);
+                let field = self.field(entry, filter, curvature);
                 (Arc::clone(&self.mesh), self.asked(entry, *query), Some(field.shared()))
             }
         };
         Ok(MeshInstance { surface: SurfaceSource::Material(material), field, ..MeshInstance::new(mesh) })
+    }
+
+    /// What an entry's depth lets the filter see.
+    fn field(&self, entry: &Entry, filter: Filter, curvature: &[VertexCurvature]) -> OwnedField {
+        let depth = f64::from(entry.depth) * f64::from(self.laying.tile_size);
+        let walk = Some(WalkLength::Shell { depth });
+        OwnedField::of_mesh(&self.mesh, BakeOptions::default().weld, curvature, filter, walk)
     }
 
     fn asked(&self, entry: &Entry, query: QueryForm) -> Material {
@@ -219,6 +253,12 @@ impl Subject {
         let made = osculate_geom::displacement::displace(&self.mesh, &tile, &options);
         Ok(Arc::new(made.with_context(|| self.name.clone())?.mesh))
     }
+}
+
+/// The protocol's camera at an elevation in degrees, turned about +Y by an angle in radians.
+fn camera(target: Vec3, distance: f32, elevation: f32, turn: f32) -> Camera {
+    let position = target + distance * direction(elevation.to_radians(), turn);
+    Camera::look_at(position, target, Vec3::Y, 2.0 * 0.40_f32.atan())
 }
 
 /// Curvature of the protocol's torus at a point of it.

@@ -5,6 +5,7 @@
 //! | `curvature` | `study curvature` |
 //! | `filter` | `study filter` |
 //! | `material` | `study material` |
+//! | `render` | `study render` |
 //! | `plot` | a plot with linear or logarithmic axes as SVG |
 //! | `axis` | its axes and their ticks |
 //! | `page` | text, tables and plots as one self-contained HTML page |
@@ -16,4 +17,5 @@ pub mod filter;
 pub mod material;
 pub mod page;
 pub mod plot;
+pub mod render;
 pub mod run;
