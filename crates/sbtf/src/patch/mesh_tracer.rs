@@ -91,7 +91,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::micro::{Geometry, Microstructure};
+    use crate::micro::{Geometry, Microstructure, TileTriangle};
     use crate::model::{Architecture, Way};
     use crate::patch::test_fields::strip;
     use crate::patch::{Patch, TransportOptions};
@@ -99,7 +99,7 @@ mod tests {
     /// A level strap without end: a ray along it lands where the layer down to the strap ends, or passes over it.
     #[test]
     fn a_strap_is_hit_where_its_layer_ends() {
-        let tracer = MeshTracer::new(&strip(0.1), &TileOptions::default());
+        let tracer = MeshTracer::new(&strap_in_a_layer(), &TileOptions::default());
         let layer = Architecture::paper(0.05);
         let (mut hits, mut random) = (0, Random::new(4, 4, 4));
         for kappa in [0.0, 1e-5, 0.5, 2.5, -0.5, -2.5] {
@@ -131,6 +131,17 @@ mod tests {
             !tracer.hits(Vec2::new(0.5, 0.1), Vec3::Z, 1.0) && tracer.hits(Vec2::new(0.5, 0.5), Vec3::Z, 1.0)
         );
         assert!(!tracer.hits(Vec2::splat(0.5), Vec3::NEG_Z, 1.0));
+    }
+
+    /// The strap, and beside it two slivers at the top and the floor of its layer: rays are followed through all of that.
+    fn strap_in_a_layer() -> TileMesh {
+        let strap = strip(0.1);
+        let sliver = [0.0, -0.1]
+            .map(|z| [Vec2::ZERO, Vec2::new(0.01, 0.0), Vec2::new(0.0, 0.01)].map(|p| p.extend(z)));
+        let positions: Vec<Vec3> = strap.positions().iter().chain(sliver.as_flattened()).copied().collect();
+        let triangle = |first: u32| TileTriangle { vertices: [first, first + 1, first + 2], material: 0 };
+        let triangles = strap.triangles().iter().copied().chain([triangle(4), triangle(7)]).collect();
+        TileMesh::new(positions, vec![Vec3::Z; 10], triangles, strap.materials().to_vec(), 0.1)
     }
 
     /// Against the triangles of patches: two methods that share the bend and the BRDF.
