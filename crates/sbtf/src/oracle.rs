@@ -105,7 +105,7 @@ impl SilhouetteBtf for Oracle {
     fn see_through(&self) -> SeeThrough {
         match self.method {
             Method::Field(_) => SeeThrough::WhereConvex,
-            Method::Patches { .. } => SeeThrough::Anywhere,
+            Method::Mesh(_) => SeeThrough::Anywhere,
         }
     }
 

@@ -227,6 +227,7 @@ impl Choice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Vec3;
 
     /// A level of points over the unit disc, of a bowl with a fourth-degree term and heights off by up to `noise`.
     fn level(fourth: f64, noise: f64) -> Level {
