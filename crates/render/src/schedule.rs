@@ -119,7 +119,7 @@ impl Schedule {
                 if least == 0 {
                     counts
                 } else {
-                    self.within(limit.saturating_sub(elapsed), elapsed, film, counts)
+                    self.within(limit.saturating_sub(elapsed), elapsed, film, &counts)
                 }
             }
         };
@@ -175,7 +175,7 @@ impl Schedule {
     }
 
     /// Those of these counts that there is time for, the most useful first.
-    fn within(&self, left: Duration, elapsed: Duration, film: &Film, counts: Vec<u32>) -> Vec<u32> {
+    fn within(&self, left: Duration, elapsed: Duration, film: &Film, counts: &[u32]) -> Vec<u32> {
         let per_work = elapsed.as_secs_f64() / self.work.iter().sum::<f64>();
         let seconds = |k: usize| per_work * self.work[k] * f64::from(counts[k]) / f64::from(self.done[k]);
         let variances = self.smoothed(film);
