@@ -158,7 +158,6 @@ fn what_does_not_fit_is_one_message() {
         ("eval bad.sbtf", "bad.sbtf"),
         ("eval bad.sbtf --scenes torus -o out", "bad.sbtf"),
         ("eval bad.sbtf --scenes torus --sheet a.png", "--sheet"),
-        ("eval bad.sbtf --scenes torus --frames 2", "flicker is of 3 to 1000 frames"),
         ("eval none.sbtf", "none.sbtf"),
         ("study render bad.sbtf -o out", "bad.sbtf"),
     ] {
@@ -166,4 +165,6 @@ fn what_does_not_fit_is_one_message() {
     }
     let usage = w.run("eval bad.sbtf --baseline bad.sbtf");
     assert!(usage.code == 2 && usage.stderr.contains("--scenes"), "{usage:?}");
+    let usage = w.run("eval bad.sbtf --scenes torus --frames 2");
+    assert!(usage.code == 2 && usage.stderr.contains("flicker is of 3 to 1000 frames"), "{usage:?}");
 }

@@ -158,8 +158,10 @@ fn series(
         label: Some(label(row)),
     };
     let mut points: Vec<Point> = results.rows.iter().filter(|row| keep(row)).map(point).collect();
+    // Samples follow each other; knobs of different kinds do not.
+    let line = if name.contains(',') { Line::Thin } else { Line::None };
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
-    Series { name: name.to_owned(), colour, mark, line: Line::Thin, points }
+    Series { name: name.to_owned(), colour, mark, line, points }
 }
 
 /// The page.
