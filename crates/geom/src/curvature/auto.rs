@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_fourth_degree_beyond_doubt_ends_the_climb() {
-        let (sure, unsure) = (level(1e-3, 1e-5), level(1e-3, 1e-3));
+        let (sure, unsure) = (level(1e-2, 8e-5), level(1e-2, 1e-3));
         assert!(sure.certainty() > CLEAR && unsure.certainty() < CERTAIN);
         // Neither reaches around the surface, and by their error bars both would gain from more points.
         for level in [&sure, &unsure] {
