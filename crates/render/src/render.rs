@@ -137,15 +137,7 @@ pub fn render(
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Rendering, SceneError> {
     let start = Instant::now();
-    let (width, height) = (scene.width, scene.height);
-    if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
-        return Err(SceneError::ImageSize { width, height });
-    }
-    let mut prepared = Prepared::new(scene)?;
-    if options.force.is_some() {
-        prepared.tell_all();
-    }
-    let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
+    let (prepared, effects) = prepare(scene, options)?;
     let preparation = start.elapsed();
     let pass = Pass {
         scene,
@@ -156,6 +148,20 @@ pub fn render(
         radiance: specialised(effects),
     };
     Ok(pass.render(preparation, progress))
+}
+
+/// The scene as it is traced, and the effects that are simulated.
+fn prepare(scene: &Scene, options: &RenderOptions) -> Result<(Prepared, Effects), SceneError> {
+    let (width, height) = (scene.width, scene.height);
+    if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
+        return Err(SceneError::ImageSize { width, height });
+    }
+    let mut prepared = Prepared::new(scene)?;
+    if options.force.is_some() {
+        prepared.tell_all();
+    }
+    let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
+    Ok((prepared, effects))
 }
 
 /// A picture of a sequence: where it is seen from, and how the light has turned.
@@ -182,16 +188,8 @@ pub fn render_frames(
     tick: &mut dyn FnMut(),
 ) -> Result<Vec<Rendering>, SceneError> {
     let start = Instant::now();
-    let (width, height) = (scene.width, scene.height);
-    if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
-        return Err(SceneError::ImageSize { width, height });
-    }
-    let mut prepared = Prepared::new(scene)?;
-    if options.force.is_some() {
-        prepared.tell_all();
-    }
+    let (mut prepared, effects) = prepare(scene, options)?;
     let mut frames_done = Vec::with_capacity(frames.len());
-    let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
     let towards: Vec<Vec3> = prepared.suns.iter().map(|sun| sun.wi).collect();
     let mut preparation = start.elapsed();
     for frame in frames {

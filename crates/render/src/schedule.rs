@@ -247,34 +247,24 @@ mod tests {
         assert_eq!(2 * done[3], done[1], "{done:?}");
     }
 
+    /// Least and most samples of a picture of 43 x 29 pixels, six tiles alike.
+    fn six_alike(stop: StopRule) -> [u32; 2] {
+        let (width, height) = (3 * TILE - 5, 2 * TILE - 3);
+        let (mut schedule, mut film) = (Schedule::new(width, height, stop), Film::new(width, height));
+        loop {
+            let orders = schedule.next(&film, Duration::ZERO);
+            if orders.is_empty() {
+                assert!((schedule.samples() - f64::from(schedule.range()[0])).abs() < 1e-12);
+                return schedule.range();
+            }
+            run(&mut schedule, &mut film, &orders, &[1.0; 6], &[50; 6]);
+        }
+    }
+
     #[test]
     fn equal_tiles_get_equal_samples_and_ends_are_kept() {
-        let spread = [1.0; 6];
-        let work = [50; 6];
-        let mut schedule = Schedule::new(3 * TILE - 5, 2 * TILE - 3, StopRule::Samples(21));
-        let mut film = Film::new(3 * TILE - 5, 2 * TILE - 3);
-        loop {
-            let orders = schedule.next(&film, Duration::ZERO);
-            if orders.is_empty() {
-                break;
-            }
-            run(&mut schedule, &mut film, &orders, &spread, &work);
-        }
-        assert_eq!(schedule.range(), [21, 21]);
-        assert!((schedule.samples() - 21.0).abs() < 1e-12);
-        let bounded = StopRule::Noise { target: 0.0, most: 24 };
-        let (mut schedule, mut film) = (Schedule { stop: bounded, ..schedule }, Film::new(48, 32));
-        schedule.done.fill(0);
-        schedule.work.fill(0.0);
-        schedule.tiles = Schedule::new(48, 32, bounded).tiles;
-        loop {
-            let orders = schedule.next(&film, Duration::ZERO);
-            if orders.is_empty() {
-                break;
-            }
-            run(&mut schedule, &mut film, &orders, &spread, &work);
-        }
-        assert_eq!(schedule.range(), [24, 24]);
+        assert_eq!(six_alike(StopRule::Samples(21)), [21, 21]);
+        assert_eq!(six_alike(StopRule::Noise { target: 0.0, most: 24 }), [24, 24]);
     }
 
     #[test]
