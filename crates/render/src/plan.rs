@@ -125,8 +125,8 @@ impl fmt::Display for EffectPlan {
 
 /// Examines a scene for paths of at most `max_depth` surfaces.
 ///
-/// Every "no" is exact: the effect could not change a bit of the picture. With one exception, on objects that are flat: there curvature
-/// is what rounding leaves of zero and counts as zero (below 1e-5 over the size of a triangle). The picture is colour; curvature is evaluated only
+/// Every "no" is exact: the effect could not change a bit of the picture. With one exception, on objects that are flat: the
+/// normals of their triangles are within 1e-6 radians of each other, and what curvature rounding makes of that counts as zero. The picture is colour; curvature is evaluated only
 /// when pictures of curvature are asked for, see [`crate::aov::aovs`].
 #[must_use]
 pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {

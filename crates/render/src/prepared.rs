@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use osculate_geom::field::FilterKind;
 use osculate_geom::mesh::{Weld, smooth_normals};
-use osculate_geom::rays::{Bvh, Hit, to_f32};
+use osculate_geom::rays::{Bvh, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 use osculate_sbtf::brdf::EnergyTable;
 use thiserror::Error;
@@ -175,9 +175,9 @@ impl Prepared {
         self.told.fill(Told::ALL);
     }
 
-    /// What the material of a triangle of an object is told.
-    pub(crate) fn told(&self, triangle: u32) -> Told {
-        self.object_of(triangle).map_or(Told::ALL, |(object, _)| self.told[object])
+    /// What the material of an object is told.
+    pub(crate) fn told(&self, object: usize) -> Told {
+        self.told[object]
     }
 
     /// The area light that a triangle belongs to.
@@ -219,13 +219,18 @@ impl Prepared {
         }
     }
 
-    /// Curvature for the ray that comes from `wo` and hits an object, 1/length in the world.
-    pub(crate) fn ray_curvature(&self, hit: &Hit, wo: Vec3, counters: &mut Counters) -> Option<RayCurvature> {
-        let (index, triangle) = self.object_of(hit.triangle)?;
-        let object = &self.objects[index];
+    /// Curvature for the ray that comes from `wo` and hits a triangle of an object, 1/length in the world.
+    pub(crate) fn ray_curvature(
+        &self,
+        (object, triangle): (usize, usize),
+        barycentrics: [f32; 3],
+        wo: Vec3,
+        counters: &mut Counters,
+    ) -> Option<RayCurvature> {
+        let object = &self.objects[object];
         counters.curvature_evaluations += u64::from(object.field.is_some() || object.curvature.is_some());
         counters.filter_walks += u64::from(self.walks && object.field.is_some());
-        ObjectPoint { object, triangle, barycentrics: hit.barycentrics }.ask(wo)
+        ObjectPoint { object, triangle, barycentrics }.ask(wo)
     }
 
     /// The object that a triangle belongs to, and its number there.

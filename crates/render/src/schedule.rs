@@ -93,7 +93,7 @@ impl Schedule {
     pub(crate) fn note(&mut self, order: Order, counters: &Counters) {
         self.done[order.tile] += order.count;
         let work = counters.rays + counters.shadow_rays + QUERY_WORK * counters.opacity_queries;
-        // A tile that no ray of looks at anything still has its rays.
+        // Shares are divided by it.
         self.work[order.tile] += work.max(1) as f64;
     }
 
@@ -102,25 +102,20 @@ impl Schedule {
         let least = self.range()[0];
         // Starts small, so that there is something to look at, and that a short time is not overrun by much.
         let alike = least.clamp(2, PASS);
+        let is_known = least >= EVERYWHERE;
+        let useful =
+            |most: u32| if is_known { self.by_variance(film, most) } else { self.alike(alike, most) };
         let counts = match self.stop {
             StopRule::Samples(total) => self.alike(alike, total),
-            StopRule::Noise { target, most } => {
-                if least >= EVERYWHERE && film.noise().is_none_or(|noise| noise <= target) {
-                    return Vec::new();
-                }
-                if least < EVERYWHERE { self.alike(alike, most) } else { self.by_variance(film, most) }
+            StopRule::Noise { target, .. }
+                if is_known && film.noise().is_none_or(|noise| noise <= target) =>
+            {
+                return Vec::new();
             }
+            StopRule::Noise { most, .. } => useful(most),
+            StopRule::Time(_) if least == 0 => useful(u32::MAX),
             StopRule::Time(limit) => {
-                let counts = if least < EVERYWHERE {
-                    self.alike(alike, u32::MAX)
-                } else {
-                    self.by_variance(film, u32::MAX)
-                };
-                if least == 0 {
-                    counts
-                } else {
-                    self.within(limit.saturating_sub(elapsed), elapsed, film, &counts)
-                }
+                self.within(limit.saturating_sub(elapsed), elapsed, film, &useful(u32::MAX))
             }
         };
         let order = |(tile, count): (usize, u32)| Order { tile, first: self.done[tile], count };

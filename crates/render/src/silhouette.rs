@@ -18,7 +18,7 @@ use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 /// What answers queries.
 pub(crate) type Btf = dyn SilhouetteBtf + Send + Sync;
 
-/// What for a ray asks.
+/// What a ray wants to know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// To go on from there.
@@ -77,7 +77,8 @@ impl<'a> Met<'a> {
         if surface.normal.dot(wo) <= 0.0 || normal.dot(wo) <= 0.0 {
             return Some(Self::Back);
         }
-        let told = scene.told(hit.triangle);
+        let (object, triangle) = scene.object_of(hit.triangle)?;
+        let told = scene.told(object);
         if purpose == Purpose::Shadow && !told.opacity {
             return Some(Self::Opaque);
         }
@@ -85,7 +86,11 @@ impl<'a> Met<'a> {
         let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
         let uv_from_tangent = uv_per_length(corners, uvs, &frame);
-        let along = if told.curvature { scene.ray_curvature(hit, wo, counters) } else { None };
+        let along = if told.curvature {
+            scene.ray_curvature((object, triangle), hit.barycentrics, wo, counters)
+        } else {
+            None
+        };
         let point = SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo);
         Some(Self::Front(SilhouettePoint { asks_opacity: told.opacity, ..point }))
     }

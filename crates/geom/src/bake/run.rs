@@ -31,7 +31,6 @@ pub fn bake(mesh: Mesh, source: Source, options: &BakeOptions) -> Result<BakedMe
         Facing::Kept => mesh,
         Facing::Flipped => mesh.flipped(),
     };
-    options.curvature.validate()?;
     // All of it by a thread of the pool, so that no step begins with one that has to wake up.
     rayon::scope(|_| bake_in_pool(mesh, source, options))
 }

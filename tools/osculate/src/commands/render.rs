@@ -162,7 +162,7 @@ pub fn run(args: &RenderArgs, console: &Console, reporter: &Reporter) -> Result<
         console.result(effects.to_string().trim_end());
     }
     let render = match &args.output {
-        Some(path) => write(path, &scene, &content, &options, console)?,
+        Some(path) => write(path, &scene, &content, &options, &effects, console)?,
         None => None,
     };
     if let Some(path) = &args.output {
@@ -341,6 +341,7 @@ fn write(
     scene: &Scene,
     content: &Content,
     options: &RenderOptions,
+    plan: &EffectPlan,
     console: &Console,
 ) -> Result<Option<RenderReport>> {
     let named = || path.display().to_string();
@@ -362,7 +363,7 @@ fn write(
                 }
                 write_exr(path, scene.width, scene.height, &layers).with_context(named)?;
             }
-            Ok(Some(report(&rendering, &plan(scene, options.max_depth))))
+            Ok(Some(report(&rendering, plan)))
         }
     }
 }
