@@ -10,7 +10,21 @@ use osculate_geom::shapes::study::StudyShape::{
 use osculate_tests::samples::{geometric_mean, quantile, samples};
 
 /// Shape, noise in mean edges, median and 95th percentile of the best others.
-const BEST: [(StudyShape, f64, [f64; 2]); 21] = [
+const BEST: [(StudyShape, f64, [f64; 2]); 35] = [
+    (Sphere, 0.0, [4.1e-6, 1.5e-5]),       // CGAL jets, degree 4 on 2 rings; the same below
+    (Ellipsoid, 0.0, [6.2e-5, 4.0e-4]),
+    (Torus, 0.0, [2.4e-4, 1.3e-3]),
+    (Catenoid, 0.0, [2.3e-5, 8.7e-5]),
+    (Bump, 0.0, [1.15e-5, 5.6e-5]),
+    (MonkeySaddle, 0.0, [1.2e-5, 6.7e-5]),
+    (Cylinder, 0.0, [1.0e-6, 2.1e-6]),
+    (Sphere, 0.001, [0.0017, 0.0033]),       // Ponca APSS, 12 edges
+    (Ellipsoid, 0.001, [0.0020, 0.0074]),    // CGAL jets, degree 4 on 6 rings and 5
+    (Torus, 0.001, [0.0037, 0.0087]),        // CGAL jets, degree 4 on 4 rings
+    (Catenoid, 0.001, [0.0019, 0.0065]),     // CGAL jets, degree 4 on 6 rings
+    (Bump, 0.001, [0.0015, 0.0056]),         // CGAL jets, degree 4 on 6 rings
+    (MonkeySaddle, 0.001, [0.0030, 0.0083]), // CGAL jets, degree 3 on 5 rings and 6
+    (Cylinder, 0.001, [0.0012, 0.0077]),     // Ponca ASO, 12 edges; CGAL jets, degree 2 on 4 rings
     (Sphere, 0.01, [0.0030, 0.0059]),      // Ponca APSS, 12 edges
     (Ellipsoid, 0.01, [0.011, 0.034]),     // CGAL jets, degree 4 on 6 rings
     (Torus, 0.01, [0.0079, 0.024]),        // Ponca ASO, 12 edges
@@ -44,9 +58,9 @@ fn auto_is_near_the_best_that_others_reach_in_hindsight() {
         println!("{:14} {noise:5} {:.4} {median:.2} {:.4} {high:.2}", shape.name(), found[0], found[1]);
         ratios[0].push(median);
         ratios[1].push(high);
-        assert!(median < 1.4 && high < 1.3, "{}, noise {noise}: {median} and {high} times", shape.name());
+        assert!(median < 1.2 && high < 1.2, "{}, noise {noise}: {median} and {high} times", shape.name());
     }
     let means = ratios.map(|ratios| geometric_mean(&ratios));
     println!("geometric means {means:.2?}");
-    assert!(means[0] < 0.8 && means[1] < 0.8, "{means:?}");
+    assert!(means[0] < 0.5 && means[1] < 0.55, "{means:?}");
 }

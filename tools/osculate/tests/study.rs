@@ -26,7 +26,7 @@ fn quick_study_writes_page_table_and_plots() {
     assert!(run.stdout.contains("index.html"), "{run:?}");
     let page = String::from_utf8(w.read("out/index.html")).unwrap();
     for part in
-        ["Which setting to take", "--method auto --tolerance 0.01", "<svg", "study curvature -o out --quick"]
+        ["Which setting to take", "--method auto --tolerance 0.005", "<svg", "study curvature -o out --quick"]
     {
         assert!(page.contains(part), "{part} is missing");
     }

@@ -1,7 +1,8 @@
 //! The estimator that is told an error and finds neighbourhood and degree, vertex by vertex.
 //!
 //! A fit of degree 4 on three rings is what clean data calls for: it is accurate and cheap, so it comes first. When its
-//! error bar is over the tolerance, the two parts of the bar say what to do. Where noise dominates, more points help: the
+//! change between degrees is clearly no noise, the two inner rings of the same points are fitted too, which costs little and is
+//! often better. When the error bar is over the tolerance, its two parts say what to do. Where noise dominates, more points help: the
 //! neighbourhood grows, noise falls with its area and more, and lower degrees become the better ones, until bias takes over.
 //! Where bias dominates, the surface is under-sampled there, and fewer points may help. Every level is judged again with what
 //! larger ones show about bias: it falls with the square of the radius (for degrees 2 and 3) or more, and a large neighbourhood
@@ -89,8 +90,7 @@ fn climb(
         guess = level.and_then(|level| level.next_guess()).unwrap_or(guess);
         let mut choice = choose(levels);
         let first = later.len() == LATER_RINGS.len();
-        let unmet = choice.is_some_and(|choice| !choice.holds(levels, tolerance));
-        if first && unmet && levels[0].certainty() > CERTAIN {
+        if first && levels.first().is_some_and(|level| level.certainty() > CERTAIN) {
             // Noise makes smaller neighbourhoods worse, so where a smaller one is better, larger ones are no use.
             let near = reach_of_ring(&scratch.walker, FIRST_RINGS - 1);
             levels.splice(0..0, Level::new(&scratch.cloud, near, &guess));

@@ -77,7 +77,7 @@ pub struct CurvatureOptions {
     /// Degree of [`Method::Jet`], 2 to 4. Default: 4.
     #[serde(default = "default_degree")]
     pub degree: u8,
-    /// What [`Method::Auto`] aims for: error over curvature, at each vertex. Default: 0.01.
+    /// What [`Method::Auto`] aims for: error over curvature, at each vertex. Default: 0.005.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
     /// What to do at sharp creases. Default: [`Features::Keep`].
@@ -90,7 +90,7 @@ fn default_degree() -> u8 {
 }
 
 fn default_tolerance() -> f64 {
-    0.01
+    0.005
 }
 
 impl Default for CurvatureOptions {

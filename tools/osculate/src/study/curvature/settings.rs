@@ -24,7 +24,7 @@ pub fn settings(quick: bool) -> Vec<Setting> {
     let rings: &[u32] = if quick { &[2, 5] } else { &[2, 3, 4, 5, 6, 8] };
     let jet_rings: &[u32] = if quick { &[3] } else { &[2, 3, 4, 6, 8, 11] };
     let algebraic_rings: &[u32] = if quick { &[8] } else { &[4, 5, 6, 8, 10] };
-    let tolerances: &[f64] = if quick { &[0.01] } else { &[0.1, 0.01, 0.001, 0.0001] };
+    let tolerances: &[f64] = if quick { &[0.005] } else { &[0.1, 0.02, 0.005, 0.001, 0.0001] };
     Method::ALL
         .into_iter()
         .flat_map(|method| match method {
