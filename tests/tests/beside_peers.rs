@@ -11,7 +11,7 @@ use osculate_tests::samples::{geometric_mean, quantile, samples};
 
 /// Shape, noise in mean edges, median and 95th percentile of the best others.
 const BEST: [(StudyShape, f64, [f64; 2]); 35] = [
-    (Sphere, 0.0, [4.1e-6, 1.5e-5]),       // CGAL jets, degree 4 on 2 rings; the same below
+    (Sphere, 0.0, [4.1e-6, 1.5e-5]), // CGAL jets, degree 4 on 2 rings; the same below
     (Ellipsoid, 0.0, [6.2e-5, 4.0e-4]),
     (Torus, 0.0, [2.4e-4, 1.3e-3]),
     (Catenoid, 0.0, [2.3e-5, 8.7e-5]),
@@ -25,27 +25,27 @@ const BEST: [(StudyShape, f64, [f64; 2]); 35] = [
     (Bump, 0.001, [0.0015, 0.0056]),         // CGAL jets, degree 4 on 6 rings
     (MonkeySaddle, 0.001, [0.0030, 0.0083]), // CGAL jets, degree 3 on 5 rings and 6
     (Cylinder, 0.001, [0.0012, 0.0077]),     // Ponca ASO, 12 edges; CGAL jets, degree 2 on 4 rings
-    (Sphere, 0.01, [0.0030, 0.0059]),      // Ponca APSS, 12 edges
-    (Ellipsoid, 0.01, [0.011, 0.034]),     // CGAL jets, degree 4 on 6 rings
-    (Torus, 0.01, [0.0079, 0.024]),        // Ponca ASO, 12 edges
-    (Catenoid, 0.01, [0.0061, 0.027]),     // Ponca ASO, 12 edges; CGAL jets, degree 3 on 6 rings
-    (Bump, 0.01, [0.0056, 0.030]),         // Ponca ASO, 12 edges; CGAL jets, degree 2 on 5 rings
-    (MonkeySaddle, 0.01, [0.0071, 0.054]), // Ponca ASO, 12 edges; CGAL jets, degree 3 on 6 rings
-    (Cylinder, 0.01, [0.0035, 0.021]),     // Ponca APSS, 12 edges; CGAL jets, degree 2 on 6 rings
-    (Sphere, 0.05, [0.013, 0.025]),        // Ponca APSS, 12 edges
-    (Ellipsoid, 0.05, [0.022, 0.081]),     // Ponca ASO, 12 edges and 8
-    (Torus, 0.05, [0.011, 0.028]),         // Ponca ASO, 12 edges
-    (Catenoid, 0.05, [0.014, 0.092]),      // Ponca ASO, 12 edges; CGAL jets, degree 2 on 6 rings
-    (Bump, 0.05, [0.012, 0.054]),          // Ponca ASO, 12 edges
-    (MonkeySaddle, 0.05, [0.023, 0.13]),   // Ponca ASO, 12 edges; CGAL jets, degree 2 on 6 rings
-    (Cylinder, 0.05, [0.0071, 0.076]),     // Ponca APSS, 12 edges; CGAL jets, degree 2 on 6 rings
-    (Sphere, 0.2, [0.068, 0.13]),          // Ponca ASO, 12 edges; APSS, 12 edges
-    (Ellipsoid, 0.2, [0.046, 0.14]),       // Ponca ASO, 12 edges
-    (Torus, 0.2, [0.027, 0.063]),          // Ponca ASO, 12 edges
-    (Catenoid, 0.2, [0.041, 0.24]),        // Ponca ASO, 12 edges; CGAL jets, degree 2 on 6 rings
-    (Bump, 0.2, [0.031, 0.090]),           // Ponca ASO, 12 edges
-    (MonkeySaddle, 0.2, [0.069, 0.38]),    // Ponca ASO, 12 edges
-    (Cylinder, 0.2, [0.025, 0.30]),        // Ponca APSS, 12 edges; CGAL jets, degree 2 on 6 rings
+    (Sphere, 0.01, [0.0030, 0.0059]),        // Ponca APSS, 12 edges
+    (Ellipsoid, 0.01, [0.011, 0.034]),       // CGAL jets, degree 4 on 6 rings
+    (Torus, 0.01, [0.0079, 0.024]),          // Ponca ASO, 12 edges
+    (Catenoid, 0.01, [0.0061, 0.027]),       // Ponca ASO, 12 edges; CGAL jets, degree 3 on 6 rings
+    (Bump, 0.01, [0.0056, 0.030]),           // Ponca ASO, 12 edges; CGAL jets, degree 2 on 5 rings
+    (MonkeySaddle, 0.01, [0.0071, 0.054]),   // Ponca ASO, 12 edges; CGAL jets, degree 3 on 6 rings
+    (Cylinder, 0.01, [0.0035, 0.021]),       // Ponca APSS, 12 edges; CGAL jets, degree 2 on 6 rings
+    (Sphere, 0.05, [0.013, 0.025]),          // Ponca APSS, 12 edges
+    (Ellipsoid, 0.05, [0.022, 0.081]),       // Ponca ASO, 12 edges and 8
+    (Torus, 0.05, [0.011, 0.028]),           // Ponca ASO, 12 edges
+    (Catenoid, 0.05, [0.014, 0.092]),        // Ponca ASO, 12 edges; CGAL jets, degree 2 on 6 rings
+    (Bump, 0.05, [0.012, 0.054]),            // Ponca ASO, 12 edges
+    (MonkeySaddle, 0.05, [0.023, 0.13]),     // Ponca ASO, 12 edges; CGAL jets, degree 2 on 6 rings
+    (Cylinder, 0.05, [0.0071, 0.076]),       // Ponca APSS, 12 edges; CGAL jets, degree 2 on 6 rings
+    (Sphere, 0.2, [0.068, 0.13]),            // Ponca ASO, 12 edges; APSS, 12 edges
+    (Ellipsoid, 0.2, [0.046, 0.14]),         // Ponca ASO, 12 edges
+    (Torus, 0.2, [0.027, 0.063]),            // Ponca ASO, 12 edges
+    (Catenoid, 0.2, [0.041, 0.24]),          // Ponca ASO, 12 edges; CGAL jets, degree 2 on 6 rings
+    (Bump, 0.2, [0.031, 0.090]),             // Ponca ASO, 12 edges
+    (MonkeySaddle, 0.2, [0.069, 0.38]),      // Ponca ASO, 12 edges
+    (Cylinder, 0.2, [0.025, 0.30]),          // Ponca APSS, 12 edges; CGAL jets, degree 2 on 6 rings
 ];
 
 #[test]

@@ -1,7 +1,8 @@
 //! Nanoseconds a query and share of the processor's peak, one thread.
 //!
 //! `cargo bench -p osculate-sbtf --bench queries [FILTER]`. The peak is a loop of independent fused multiply-adds, measured in the same run;
-//! shares count the multiply-adds of the networks only, so that fetches, `exp` and sorting count as loss.
+//! shares count the multiply-adds of the networks only, so that fetches, `exp` and sorting count as loss. Queries graze, so that all
+//! of them go through all networks; the last column is a batch from all over the hemisphere, of which most know that they hit.
 #![allow(missing_docs, reason = "criterion_group makes an undocumented function")]
 #![allow(clippy::print_stdout, reason = "shares of the peak are what it measures")]
 
@@ -37,6 +38,16 @@ fn grazing(count: usize, depth: f32) -> Vec<Query> {
         }
     };
     (0..count).map(query).collect()
+}
+
+/// Queries from all over the hemisphere, evenly; most need no opacity network.
+fn spread(count: usize) -> Vec<Query> {
+    let lifted = |(i, query): (usize, Query)| {
+        let cosine = (i as f32 * 0.754_877_7).fract().max(1e-3);
+        let flat = query.wo.truncate().normalize() * (1.0 - cosine * cosine).sqrt();
+        Query { wo: flat.extend(cosine), ..query }
+    };
+    grazing(count, 0.1).into_iter().enumerate().map(lifted).collect()
 }
 
 /// A model whose rays all hit, so that every query goes through all networks.
@@ -90,7 +101,7 @@ fn scalar(model: &Model, inputs: &[f32; 64]) -> f32 {
     total
 }
 
-const REPEATS: usize = 400;
+const REPEATS: usize = 1000;
 /// Queries of a call; calls go through all of them in turn, so that textures are touched all over.
 const WINDOW: usize = 1024;
 
@@ -107,7 +118,7 @@ fn shares(_: &mut Criterion) {
             })
     };
     println!("peak: {:.1} G multiply-adds a second ({:?})", per_second() / 1e9, peak::instructions());
-    println!("form, textures: batched ns, of peak; single ns, over batched");
+    println!("form, textures: batched ns, of peak; single ns, over batched; batched ns from all over");
     for (name, form) in [
         ("paper", Architecture::paper(0.1)),
         ("taps", Architecture::taps(0.1)),
@@ -115,6 +126,7 @@ fn shares(_: &mut Criterion) {
     ] {
         let tiny_model = model(tiny(form.clone()));
         measure(&format!("{name}, 4x4 f32"), &tiny_model, Precision::F32, per_second());
+        alone(name, &tiny_model, per_second());
         let full = model(form);
         for precision in Precision::ALL {
             measure(&format!("{name}, 256x256 {}", precision.name()), &full, precision, per_second());
@@ -127,6 +139,17 @@ fn shares(_: &mut Criterion) {
         });
         println!("{name}, scalar loops, networks alone: {:.0} ns", seconds / 32.0 * 1e9);
     }
+}
+
+/// The networks without queries.
+fn alone(name: &str, model: &Model, peak: f64) {
+    let material = Material::new(&StoredModel::new(model, Precision::F32));
+    let blocks = WINDOW / 32;
+    let seconds = fastest(|_| {
+        black_box(material.run_networks(black_box(blocks)));
+    }) / WINDOW as f64;
+    let share = 100.0 * material.products() as f64 / seconds / peak;
+    println!("{name}, networks alone: {:.1} ns, {share:.0} %", seconds * 1e9);
 }
 
 fn measure(name: &str, model: &Model, precision: Precision, peak: f64) {
@@ -142,9 +165,13 @@ fn measure(name: &str, model: &Model, precision: Precision, peak: f64) {
             black_box(material.eval(black_box(query)));
         }
     }) / few as f64;
+    let all_over = spread(COUNT);
+    let usual = fastest(|number| {
+        material.eval_batch(black_box(window(&all_over, number, WINDOW)), &mut answers);
+    }) / WINDOW as f64;
     let share = 100.0 * material.products() as f64 / batch / peak;
-    let (batch, single, ratio) = (batch * 1e9, single * 1e9, single / batch);
-    println!("{name}: {batch:.1} ns, {share:.0} %; {single:.1} ns, {ratio:.2}");
+    let [batch, single, usual, ratio] = [batch * 1e9, single * 1e9, usual * 1e9, single / batch];
+    println!("{name}: {batch:.1} ns, {share:.0} %; {single:.1} ns, {ratio:.2}; {usual:.1} ns");
 }
 
 fn bench_instructions(c: &mut Criterion) {

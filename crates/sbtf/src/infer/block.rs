@@ -66,6 +66,31 @@ impl<S: Source, A: Sink, const INPUTS: usize, const WIDTH: usize> Task for Batch
     }
 }
 
+/// The networks of so many blocks and nothing else, to be timed; returns a number that depends on all of it.
+pub(super) struct Networks<'a, const INPUTS: usize, const WIDTH: usize> {
+    pub material: &'a Material,
+    pub blocks: usize,
+}
+
+impl<const INPUTS: usize, const WIDTH: usize> Task for Networks<'_, INPUTS, WIDTH> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> f32 {
+        let Self { material, blocks } = self;
+        let mut work = Work::<INPUTS, WIDTH>::new();
+        let mut sum = 0.0;
+        for _ in 0..blocks {
+            for module in material.opacity.iter().chain([&material.offset, &material.colour]) {
+                let output = work.forward(isa, &module.mlp)[0][0];
+                work.inputs.0[0][0] = output;
+                sum += output;
+            }
+        }
+        sum
+    }
+}
+
 /// Numbers of queries that wait for a full block: at most one block and what another hands over.
 struct Queue {
     index: [usize; 2 * BLOCK],
@@ -190,13 +215,13 @@ impl<const INPUTS: usize, const WIDTH: usize> Work<INPUTS, WIDTH> {
         if mlp.layers.len() % 2 == 1 { &self.odd.0 } else { &self.even.0 }
     }
 
-    /// How far it is to a tap at 1: the azimuth times a reach, per lane. Nothing is computed where it is not wanted.
+    /// How far it is to a tap at 1: the azimuth times the length of a way, per lane. Nothing is computed where it is not wanted.
     #[inline(always)]
-    fn step(&self, wanted: bool, reach: impl Fn(&Lanes) -> Row) -> [Row; 2] {
+    fn step(&self, wanted: bool, material: &Material, way: Way) -> [Row; 2] {
         if !wanted {
             return [[0.0; BLOCK]; 2];
         }
-        let (mut step, reach) = (self.azimuths(), reach(&self.lanes));
+        let (mut step, reach) = (self.azimuths(), way_lengths(material, way, &self.lanes));
         for row in &mut step {
             for (step, reach) in row.iter_mut().zip(&reach) {
                 *step *= reach;
@@ -239,7 +264,8 @@ fn way_lengths(material: &Material, way: Way, Lanes { wo: [x, y, z], kappa, .. }
 }
 
 /// Whether features are fetched anywhere but at the entry point.
-fn apart(taps: &[f32]) -> bool {
+#[inline(always)]
+pub(super) fn apart(taps: &[f32]) -> bool {
     taps.iter().any(|&fraction| fraction != 0.0)
 }
 
@@ -277,8 +303,7 @@ pub(super) fn alphas<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     let Some(module) = &material.opacity else { return [1.0; BLOCK] };
     let architecture = &material.architecture;
     let along = work.azimuths();
-    let reach = |lanes: &Lanes| way_lengths(material, architecture.opacity_way, lanes);
-    let step = work.step(apart(&architecture.opacity_taps), reach);
+    let step = work.step(apart(&architecture.opacity_taps), material, architecture.opacity_way);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.opacity_taps);
     let direction = match architecture.opacity {
         OpacityHead::Silhouette => along,
@@ -322,9 +347,8 @@ pub(super) fn hit_uvs<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     work: &mut Work<INPUTS, WIDTH>,
 ) -> [Row; 2] {
     let (module, architecture) = (&material.offset, &material.architecture);
-    let reach = |lanes: &Lanes| way_lengths(material, architecture.offset_way, lanes);
     let wanted = architecture.offset == OffsetForm::AlongReach || apart(&architecture.offset_taps);
-    let step = work.step(wanted, reach);
+    let step = work.step(wanted, material, architecture.offset_way);
     let next = work.fetch_taps(isa, &module.texture, &step, &architecture.offset_taps);
     for axis in 0..2 {
         work.inputs.0[next + axis] = work.lanes.wo[axis];

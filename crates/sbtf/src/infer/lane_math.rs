@@ -4,11 +4,26 @@
 
 use crate::model::{LARGEST_LOG, LONGEST_REACH, bounded};
 
+/// The largest number that [`small_integer`] takes.
+pub(super) const LARGEST_INTEGER: u32 = 1 << 22;
+
+/// A whole number of at most [`LARGEST_INTEGER`] in size as an integer. `as` saturates, which compilers do lane by lane.
+#[inline(always)]
+#[allow(clippy::cast_possible_wrap, reason = "bits of numbers around 1.5 * 2^23")]
+pub(super) fn small_integer(x: f32) -> i32 {
+    // From 2^23 to 2^24 the last bit of a number stands for 1.
+    const ZERO: f32 = 12_582_912.0;
+    (x + ZERO).to_bits() as i32 - ZERO.to_bits() as i32
+}
+
 /// [`azimuth`](crate::model::azimuth) of a direction with this x and y.
 #[inline(always)]
 pub(super) fn azimuth(x: f32, y: f32) -> [f32; 2] {
     let length = (x * x + y * y).sqrt();
-    if length > 0.0 { [-x / length, -y / length] } else { [1.0, 0.0] }
+    // Compilers make a branch of a division that is not always needed, and lanes cannot branch.
+    let (divisor, upright) = if length > 0.0 { (length, 0.0) } else { (1.0, 1.0) };
+    let along = [upright - x / divisor, 0.0 - y / divisor];
+    if length > 0.0 { along } else { [1.0, 0.0] }
 }
 
 /// The length of [`Way::Graze`](crate::model::Way::Graze), to a relative error of 3e-7.
@@ -82,7 +97,7 @@ fn arc_ratio(x: f32) -> f32 {
 
 /// `exp(x) - 1` with `x` clamped to `[0, LARGEST_LOG]`, to a relative error of 3e-7; 0 for NaN.
 #[inline(always)]
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 127")]
+#[allow(clippy::cast_sign_loss, reason = "between 0 and 127")]
 pub(super) fn exp_less_one(x: f32) -> f32 {
     // ln 2 in two parts; the products with the first are exact.
     const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
@@ -92,7 +107,7 @@ pub(super) fn exp_less_one(x: f32) -> f32 {
     // exp(r) - 1 for |r| <= ln 2 / 2 by its series: the first term left out is 2e-8 of the sum.
     const SERIES: [f32; 7] = [1.0, 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0, 1.0 / 5040.0];
     let part = r * polynomial(&SERIES, r);
-    let power = f32::from_bits(((n as i32 + 127) as u32) << 23);
+    let power = f32::from_bits(((small_integer(n) + 127) as u32) << 23);
     power * part + (power - 1.0)
 }
 

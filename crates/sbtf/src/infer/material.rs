@@ -2,10 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::block::Batch;
+use super::block::{Batch, Networks};
 use super::kernels::{GROUP, Instructions, Simd};
 use super::lane_math;
-use super::one::{Alpha, ColourAt, ColourInputs, Colours, Offset, View};
+use super::one::{Alpha, Begin, ColourAt, ColourInputs, Colours, Offset, View, Whole};
 use super::packed_mlp::PackedMlp;
 use super::packed_texture::PackedTexture;
 use super::rows::{AnswerRows, QueryRows, Sizes, Slices};
@@ -22,7 +22,7 @@ pub const MOST_WIDTH: usize = 128;
 /// Most features of a texel.
 pub const MOST_CHANNELS: usize = 32;
 /// Buffers of usual networks; zeroing the large ones costs more than a few queries.
-const FEW_INPUTS: usize = 64;
+const FEW_INPUTS: usize = 96;
 const FEW_WIDTH: usize = 32;
 /// Inputs of a colour network.
 const COLOUR_INPUTS: usize = MOST_CHANNELS + GROUP;
@@ -151,6 +151,15 @@ impl Material {
         opacity + self.offset.mlp.products() + self.colour.mlp.products()
     }
 
+    /// Runs all networks on blocks of 32 queries without any queries, for benchmarks of the networks alone; returns a number that
+    /// depends on all of it.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn run_networks(&self, blocks: usize) -> f32 {
+        let material = self;
+        sized!(self, |INPUTS, WIDTH| Networks::<INPUTS, WIDTH> { material, blocks })
+    }
+
     /// Bytes of its textures in memory.
     #[must_use]
     pub fn texture_bytes(&self) -> usize {
@@ -169,12 +178,15 @@ impl Material {
     /// The hit of one ray, to be asked for the colour under any number of lights; `None` where the ray misses.
     #[must_use]
     pub fn begin(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Option<Hit<'_>> {
-        let alpha = self.alpha(uv, wo, kappa_hat);
-        if alpha <= 0.0 {
-            return None;
-        }
-        let (uv, inputs) = self.offset(uv, wo, kappa_hat);
-        Some(Hit { material: self, alpha, uv, clamped: !self.covers(kappa_hat), inputs })
+        let material = self;
+        let begun = sized!(self, |INPUTS, WIDTH| Begin::<INPUTS, WIDTH, COLOUR_INPUTS> {
+            material,
+            uv,
+            wo,
+            kappa_hat
+        });
+        let (alpha, uv, inputs) = begun?;
+        Some(Hit { material, alpha, uv, clamped: !self.covers(kappa_hat), inputs })
     }
 
     /// Where a ray hits, and what the colour network sees there.
@@ -253,8 +265,8 @@ impl Material {
 
 impl SilhouetteBtf for Material {
     fn eval(&self, query: &Query) -> Answer {
-        let hit = self.begin(query.uv, query.wo, query.kappa_hat);
-        hit.map_or_else(Answer::default, |hit| Answer { rgb: hit.rgb(query.wi), alpha: hit.alpha })
+        let material = self;
+        sized!(self, |INPUTS, WIDTH| Whole::<INPUTS, WIDTH, COLOUR_INPUTS> { material, query })
     }
 
     fn see_through(&self) -> SeeThrough {

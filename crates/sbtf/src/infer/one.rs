@@ -2,11 +2,12 @@
 
 use glam::{Vec2, Vec3};
 
-use super::kernels::{Buffers, Column, GROUP, Isa, Task};
+use super::block::apart;
+use super::kernels::{Buffers, COLUMN, Column, Isa, Task};
 use super::lane_math::{azimuth, exp_less_one, per_lane};
 use super::material::{Material, PackedModule};
-use super::packed_texture::PackedTexture;
 use crate::model::{OffsetForm, OpacityHead, STEEPEST_RAY, inside_tile};
+use crate::query::{Answer, Query};
 
 /// The part of a query that does not depend on the light.
 #[derive(Debug, Clone, Copy)]
@@ -42,20 +43,35 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for Alpha<'_, INPUTS, WIDTH> 
     fn run<I: Isa>(self, isa: I) -> f32 {
         let Self { material, view } = self;
         let Some(module) = &material.opacity else { return 1.0 };
-        let mut inputs = Column::<INPUTS>::zeroed();
-        let along = Vec2::from(azimuth(view.wo.x, view.wo.y));
-        let way = material.architecture.opacity_way;
-        let step = along * material.way_length(way, view.wo.to_array(), view.kappa);
-        let next = fetch_taps(isa, module, view.uv, step, &material.architecture.opacity_taps, &mut inputs.0);
-        let direction = match material.architecture.opacity {
-            OpacityHead::Silhouette => along,
-            OpacityHead::Direct | OpacityHead::Opaque => view.wo.truncate(),
-        };
-        inputs.0[next..next + 2].copy_from_slice(&direction.to_array());
-        put_curvature(material, view, &mut inputs.0, next + 2);
+        let inputs = opacity_inputs::<I, INPUTS>(isa, material, module, view);
         let [output] = forward::<I, 1, WIDTH>(isa, module, &inputs.0);
         material.alpha_of_output(output, view.wo.z, view.kappa)
     }
+}
+
+#[inline(always)]
+fn opacity_inputs<I: Isa, const INPUTS: usize>(
+    isa: I,
+    material: &Material,
+    module: &PackedModule,
+    view: View,
+) -> Column<INPUTS> {
+    let mut inputs = Column::<INPUTS>::zeroed();
+    let architecture = &material.architecture;
+    let along = Vec2::from(azimuth(view.wo.x, view.wo.y));
+    let step = if apart(&architecture.opacity_taps) {
+        along * material.way_length(architecture.opacity_way, view.wo.to_array(), view.kappa)
+    } else {
+        Vec2::ZERO
+    };
+    let next = fetch_taps(isa, module, view.uv, step, &architecture.opacity_taps, &mut inputs.0);
+    let direction = match architecture.opacity {
+        OpacityHead::Silhouette => along,
+        OpacityHead::Direct | OpacityHead::Opaque => view.wo.truncate(),
+    };
+    inputs.0[next..next + 2].copy_from_slice(&direction.to_array());
+    put_curvature(material, view, &mut inputs.0, next + 2);
+    inputs
 }
 
 /// Inputs of the colour network, with room for the light.
@@ -76,20 +92,114 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Self::Output {
         let Self { material, view } = self;
-        let (module, architecture) = (&material.offset, &material.architecture);
-        let mut inputs = Column::<INPUTS>::zeroed();
-        let reach = material.way_length(architecture.offset_way, view.wo.to_array(), view.kappa);
-        let step = Vec2::from(azimuth(view.wo.x, view.wo.y)) * reach;
-        let next = fetch_taps(isa, module, view.uv, step, &architecture.offset_taps, &mut inputs.0);
-        inputs.0[next..next + 2].copy_from_slice(&[view.wo.x, view.wo.y]);
-        put_curvature(material, view, &mut inputs.0, next + 2);
-        let output = forward::<I, 2, WIDTH>(isa, module, &inputs.0);
-        let uv = match architecture.offset {
-            OffsetForm::Free => view.uv + Vec2::from(output),
-            OffsetForm::AlongRay => view.uv - view.wo.truncate() * (output[0] / view.wo.z.max(STEEPEST_RAY)),
-            OffsetForm::AlongReach => view.uv + step * output[0],
-        };
+        let (inputs, step) = offset_inputs::<I, INPUTS>(isa, material, view);
+        let output = forward::<I, 2, WIDTH>(isa, &material.offset, &inputs.0);
+        let uv = hit_uv(material, view, step, output);
         (uv, ColourInputs::at(isa, material, view, uv))
+    }
+}
+
+/// Inputs of the offset network, and how far it is to a tap at 1.
+#[inline(always)]
+fn offset_inputs<I: Isa, const INPUTS: usize>(
+    isa: I,
+    material: &Material,
+    view: View,
+) -> (Column<INPUTS>, Vec2) {
+    let (module, architecture) = (&material.offset, &material.architecture);
+    let mut inputs = Column::<INPUTS>::zeroed();
+    let wanted = architecture.offset == OffsetForm::AlongReach || apart(&architecture.offset_taps);
+    let step = if wanted {
+        let reach = material.way_length(architecture.offset_way, view.wo.to_array(), view.kappa);
+        Vec2::from(azimuth(view.wo.x, view.wo.y)) * reach
+    } else {
+        Vec2::ZERO
+    };
+    let next = fetch_taps(isa, module, view.uv, step, &architecture.offset_taps, &mut inputs.0);
+    inputs.0[next..next + 2].copy_from_slice(&[view.wo.x, view.wo.y]);
+    put_curvature(material, view, &mut inputs.0, next + 2);
+    (inputs, step)
+}
+
+/// Where a ray hits by the output of the offset network.
+#[inline(always)]
+fn hit_uv(material: &Material, view: View, step: Vec2, output: [f32; 2]) -> Vec2 {
+    match material.architecture.offset {
+        OffsetForm::Free => view.uv + Vec2::from(output),
+        OffsetForm::AlongRay => view.uv - view.wo.truncate() * (output[0] / view.wo.z.max(STEEPEST_RAY)),
+        OffsetForm::AlongReach => view.uv + step * output[0],
+    }
+}
+
+/// Opacity of one ray and where it hits; `None` where it misses.
+///
+/// Opacity and offset do not wait for each other: most rays that are asked for hit.
+#[inline(always)]
+fn enter<I: Isa, const INPUTS: usize, const WIDTH: usize>(
+    isa: I,
+    material: &Material,
+    view: View,
+    known: Option<f32>,
+) -> Option<(f32, Vec2)> {
+    let (inputs, step) = offset_inputs::<I, INPUTS>(isa, material, view);
+    let (alpha, output) = match (known, &material.opacity) {
+        (None, Some(opacity)) => {
+            let others = opacity_inputs::<I, INPUTS>(isa, material, opacity, view);
+            let modules = [opacity, &material.offset];
+            let (alpha, offset) = forward_two::<I, WIDTH>(isa, modules, [&others.0, &inputs.0]);
+            (material.alpha_of_output(alpha, view.wo.z, view.kappa), offset)
+        }
+        _ => (1.0, forward::<I, 2, WIDTH>(isa, &material.offset, &inputs.0)),
+    };
+    (alpha > 0.0).then(|| (alpha, hit_uv(material, view, step, output)))
+}
+
+/// Opacity, place of the hit and features there of one ray; `None` where it misses.
+pub(super) struct Begin<'a, const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> {
+    pub material: &'a Material,
+    pub uv: Vec2,
+    pub wo: Vec3,
+    pub kappa_hat: f32,
+}
+
+impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task for Begin<'_, INPUTS, WIDTH, COLOUR> {
+    type Output = Option<(f32, Vec2, ColourInputs<COLOUR>)>;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Self::Output {
+        let Self { material, uv, wo, kappa_hat } = self;
+        let known = material.known_alpha(wo.z, kappa_hat);
+        if known == Some(0.0) {
+            return None;
+        }
+        let view = View::new(material, uv, wo, kappa_hat);
+        let (alpha, uv) = enter::<I, INPUTS, WIDTH>(isa, material, view, known)?;
+        Some((alpha, uv, ColourInputs::at(isa, material, view, uv)))
+    }
+}
+
+/// The whole answer to one query. Numbers stay where they are written: wide copies would wait for the narrow writes before them.
+pub(super) struct Whole<'a, const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> {
+    pub material: &'a Material,
+    pub query: &'a Query,
+}
+
+impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task for Whole<'_, INPUTS, WIDTH, COLOUR> {
+    type Output = Answer;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Answer {
+        let Self { material, query } = self;
+        let known = material.known_alpha(query.wo.z, query.kappa_hat);
+        if known == Some(0.0) {
+            return Answer::default();
+        }
+        let view = View::new(material, query.uv, query.wo, query.kappa_hat);
+        let Some((alpha, uv)) = enter::<I, INPUTS, WIDTH>(isa, material, view, known) else {
+            return Answer::default();
+        };
+        let mut inputs = ColourInputs::<COLOUR>::at(isa, material, view, uv);
+        Answer { rgb: inputs.colour::<I, WIDTH>(isa, material, query.wi), alpha }
     }
 }
 
@@ -98,10 +208,20 @@ impl<const INPUTS: usize> ColourInputs<INPUTS> {
     #[inline(always)]
     fn at<I: Isa>(isa: I, material: &Material, view: View, uv: Vec2) -> Self {
         let mut inputs = Column::<INPUTS>::zeroed();
-        let next = fetch(isa, &material.colour.texture, uv, &mut inputs.0, 0);
+        let next = fetch_taps(isa, &material.colour, uv, Vec2::ZERO, &[0.0], &mut inputs.0);
         inputs.0[next + 3..next + 5].copy_from_slice(&[view.wo.x, view.wo.y]);
         put_curvature(material, view, &mut inputs.0, next + 5);
         Self(inputs)
+    }
+
+    /// The colour under light from `wi`.
+    #[inline(always)]
+    fn colour<I: Isa, const WIDTH: usize>(&mut self, isa: I, material: &Material, wi: Vec3) -> Vec3 {
+        let module = &material.colour;
+        let light = module.texture.channels;
+        self.0.0[light..light + 3].copy_from_slice(&wi.to_array());
+        let output = forward::<I, 3, WIDTH>(isa, module, &self.0.0);
+        Vec3::from(per_lane(&output, exp_less_one))
     }
 }
 
@@ -119,10 +239,7 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for ColourAt<'_, INPUTS, WIDT
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Vec3 {
         let Self { material, view, uv, wi } = self;
-        let inputs = &ColourInputs::<INPUTS>::at(isa, material, view, uv);
-        let mut rgb = [Vec3::ZERO];
-        Colours::<INPUTS, WIDTH> { material, inputs, wi: &[wi], rgb: &mut rgb }.run(isa);
-        rgb[0]
+        ColourInputs::<INPUTS>::at(isa, material, view, uv).colour::<I, WIDTH>(isa, material, wi)
     }
 }
 
@@ -139,12 +256,9 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for Colours<'_, INPUTS, WIDTH
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
-        let module = &self.material.colour;
-        let mut inputs = self.inputs.0.clone();
-        for (wi, rgb) in self.wi.iter().zip(self.rgb) {
-            inputs.0[module.texture.channels..module.texture.channels + 3].copy_from_slice(&wi.to_array());
-            let output = forward::<I, 3, WIDTH>(isa, module, &inputs.0);
-            *rgb = Vec3::from(per_lane(&output, exp_less_one));
+        let mut inputs = self.inputs.clone();
+        for (&wi, rgb) in self.wi.iter().zip(self.rgb) {
+            *rgb = inputs.colour::<I, WIDTH>(isa, self.material, wi);
         }
     }
 }
@@ -156,14 +270,10 @@ fn put_curvature(material: &Material, view: View, inputs: &mut [f32], index: usi
     }
 }
 
-/// Fetches features to `first`; returns the index after them. Overwrites up to a whole group.
-#[inline(always)]
-fn fetch<I: Isa>(isa: I, texture: &PackedTexture, uv: Vec2, inputs: &mut [f32], first: usize) -> usize {
-    let corners = texture.corners(&[uv.x], &[uv.y]);
-    isa.fetch_one(texture, &corners, &mut inputs[first..]);
-    first + texture.channels
-}
+/// Taps whose places are computed side by side.
+const TOGETHER: usize = 16;
 
+/// Fetches features at several places along `step`; returns the index after them. Overwrites up to a whole group more.
 #[inline(always)]
 fn fetch_taps<I: Isa>(
     isa: I,
@@ -173,9 +283,24 @@ fn fetch_taps<I: Isa>(
     taps: &[f32],
     inputs: &mut [f32],
 ) -> usize {
+    let texture = &module.texture;
     let mut next = 0;
-    for &fraction in taps {
-        next = fetch(isa, &module.texture, uv + step * fraction, inputs, next);
+    if let [fraction] = taps {
+        let uv = uv + step * *fraction;
+        isa.fetch_one(texture, &texture.corners(&[uv.x], &[uv.y]), 0, inputs);
+        return texture.channels;
+    }
+    for taps in taps.chunks(TOGETHER) {
+        let mut at = [[0.0; TOGETHER]; 2];
+        for (k, &fraction) in taps.iter().enumerate() {
+            at[0][k] = uv.x + step.x * fraction;
+            at[1][k] = uv.y + step.y * fraction;
+        }
+        let corners = texture.corners(&at[0], &at[1]);
+        for k in 0..taps.len() {
+            isa.fetch_one(texture, &corners, k, &mut inputs[next..]);
+            next += texture.channels;
+        }
     }
     next
 }
@@ -186,11 +311,30 @@ fn forward<I: Isa, const OUTPUTS: usize, const WIDTH: usize>(
     module: &PackedModule,
     inputs: &[f32],
 ) -> [f32; OUTPUTS] {
-    const { assert!(OUTPUTS <= GROUP, "outputs fill one group at most") };
+    const { assert!(OUTPUTS <= COLUMN, "outputs fill one register at most") };
     let (mut odd, mut even) = (Column::<WIDTH>::zeroed(), Column::<WIDTH>::zeroed());
     isa.forward_one(&module.mlp, Buffers { a: inputs, b: &mut odd.0, c: &mut even.0 });
     let outputs = if module.mlp.layers.len() % 2 == 1 { &odd.0 } else { &even.0 };
     let mut result = [0.0; OUTPUTS];
     result.copy_from_slice(&outputs[..OUTPUTS]);
     result
+}
+
+/// The output of the first network, and two of the second.
+#[inline(always)]
+fn forward_two<I: Isa, const WIDTH: usize>(
+    isa: I,
+    modules: [&PackedModule; 2],
+    inputs: [&[f32]; 2],
+) -> (f32, [f32; 2]) {
+    let column = Column::<WIDTH>::zeroed;
+    let (mut odd, mut even) = ([column(), column()], [column(), column()]);
+    let ([odd0, odd1], [even0, even1]) = (&mut odd, &mut even);
+    let buffers = [
+        Buffers { a: inputs[0], b: &mut odd0.0, c: &mut even0.0 },
+        Buffers { a: inputs[1], b: &mut odd1.0, c: &mut even1.0 },
+    ];
+    isa.forward_two([&modules[0].mlp, &modules[1].mlp], buffers);
+    let outputs = |k: usize| if modules[k].mlp.layers.len() % 2 == 1 { &odd[k].0 } else { &even[k].0 };
+    (outputs(0)[0], [outputs(1)[0], outputs(1)[1]])
 }

@@ -1,7 +1,7 @@
 //! [`PackedMlp`]: a network laid out for the kernels.
 
 use super::aligned::Aligned;
-use super::kernels::GROUP;
+use super::kernels::COLUMN;
 use crate::model::Mlp;
 
 /// A network whose weights lie in the order in which kernels read them: per layer the biases, then the weights of the first
@@ -17,7 +17,7 @@ pub(super) struct PackedMlp {
 pub(super) struct PackedLayer {
     pub inputs: usize,
     pub outputs: usize,
-    /// Outputs, rounded up to whole groups; the numbers of the rest are zero.
+    /// Outputs, rounded up to a multiple of [`COLUMN`]; the numbers of the rest are zero.
     pub stride: usize,
     /// Index of the first bias.
     pub biases: usize,
@@ -39,7 +39,7 @@ impl PackedMlp {
             assert_eq!(layer.weights.len(), layer.inputs * layer.outputs, "one weight per pair of neurons");
             assert_eq!(layer.biases.len(), layer.outputs, "one bias per output");
             assert!(layers.last().is_none_or(|l| l.outputs == layer.inputs), "layers fit together");
-            let stride = layer.outputs.next_multiple_of(GROUP);
+            let stride = layer.outputs.next_multiple_of(COLUMN);
             let biases = numbers.len();
             let weights = biases + stride;
             numbers.resize(weights + layer.inputs * stride, 0.0);
@@ -71,7 +71,7 @@ impl PackedMlp {
         self.layers.iter().map(|layer| layer.inputs * layer.outputs).sum()
     }
 
-    /// The most outputs of a layer, in whole groups.
+    /// The most outputs of a layer, rounded up to a multiple of [`COLUMN`].
     pub fn widest(&self) -> usize {
         self.layers.iter().map(|layer| layer.stride).max().unwrap_or(0)
     }

@@ -2,6 +2,7 @@
 
 use super::aligned::Aligned;
 use super::kernels::{BLOCK, GROUP};
+use super::lane_math::{LARGEST_INTEGER, small_integer};
 use super::stored::{StoredTexture, Texels};
 use crate::model::inside_tile;
 
@@ -48,12 +49,14 @@ impl PackedTexture {
     ///
     /// # Panics
     ///
-    /// If the texture is empty, or so large that an index leaves 32 bits.
+    /// If the texture is empty, so large that an index leaves 32 bits, or over four million texels wide or high.
     #[allow(clippy::cast_possible_truncation, reason = "checked first")]
     pub fn new(texture: &StoredTexture) -> Self {
         let shape = texture.shape;
         let group_stride = (shape.width + 1) * shape.height * GROUP;
+        let largest = shape.width.max(shape.height);
         assert!(!shape.is_empty() && group_stride <= i32::MAX as usize, "a texture of a sensible size");
+        assert!(largest <= LARGEST_INTEGER as usize, "a texture of sensible sides");
         let groups = shape.channels.div_ceil(GROUP);
         let filled = |values: &[f32]| {
             let mut all = vec![0.0; groups * GROUP];
@@ -108,13 +111,13 @@ impl PackedTexture {
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     clippy::cast_possible_wrap,
-    reason = "wrapped into the texture first; 32 bits were checked"
+    reason = "sides are at most LARGEST_INTEGER"
 )]
 fn axis(x: f32, n: u32) -> (u32, f32) {
     let position = inside_tile(x) * n as f32 - 0.5;
     let first = position.floor();
     let last = n as i32 - 1;
-    let low = first as i32;
+    let low = small_integer(first);
     let low = if low < 0 { last } else { low.min(last) };
     (low as u32, position - first)
 }

@@ -27,6 +27,9 @@ pub(super) const BLOCK: usize = 32;
 /// Features that a fetch loads at a time; textures are stored in groups of so many channels.
 pub(super) const GROUP: usize = 8;
 
+/// Outputs of a layer are filled up to whole registers of so many, the widest of any instruction set.
+pub(super) const COLUMN: usize = 16;
+
 /// One number of each query of a block.
 pub(super) type Row = [f32; BLOCK];
 
@@ -73,14 +76,24 @@ pub(super) trait Isa: Copy {
     /// A network over 32 queries.
     fn forward_block(self, mlp: &PackedMlp, buffers: Buffers<'_, Row>);
 
-    /// The network on one query. Rows are padded: `b` and `c` have room for a multiple of [`GROUP`].
+    /// The network on one query; `b` and `c` have room for a multiple of [`COLUMN`].
     fn forward_one(self, mlp: &PackedMlp, buffers: Buffers<'_, f32>);
+
+    /// Two networks on one query each, a layer of one after a layer of the other: a layer waits for the one before it, and the other
+    /// network fills the time.
+    fn forward_two(self, mlps: [&PackedMlp; 2], buffers: [Buffers<'_, f32>; 2]);
 
     /// Features of 32 queries, a row per channel.
     fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]);
 
-    /// Features of one query; `features` has room for a multiple of [`GROUP`].
-    fn fetch_one(self, texture: &PackedTexture, corners: &Corners<1>, features: &mut [f32]);
+    /// Features of one of several queries; `features` has room for a multiple of [`GROUP`].
+    fn fetch_one<const N: usize>(
+        self,
+        texture: &PackedTexture,
+        corners: &Corners<N>,
+        query: usize,
+        features: &mut [f32],
+    );
 }
 
 /// Something to be compiled for every instruction set.

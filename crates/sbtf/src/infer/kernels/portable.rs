@@ -61,6 +61,12 @@ impl Isa for Portable {
     }
 
     #[inline(always)]
+    fn forward_two(self, mlps: [&PackedMlp; 2], buffers: [Buffers<'_, f32>; 2]) {
+        // SAFETY: arrays need no particular instructions.
+        unsafe { tile::forward_two::<[f32; GROUP]>(mlps, buffers) }
+    }
+
+    #[inline(always)]
     fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]) {
         #[allow(clippy::needless_range_loop, reason = "the rows are columns here")]
         for query in 0..BLOCK {
@@ -69,8 +75,14 @@ impl Isa for Portable {
     }
 
     #[inline(always)]
-    fn fetch_one(self, texture: &PackedTexture, corners: &Corners<1>, features: &mut [f32]) {
-        fetch(texture, corners, 0, |channel, feature| features[channel] = feature);
+    fn fetch_one<const N: usize>(
+        self,
+        texture: &PackedTexture,
+        corners: &Corners<N>,
+        query: usize,
+        features: &mut [f32],
+    ) {
+        fetch(texture, corners, query, |channel, feature| features[channel] = feature);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The matrix products: register tiles of a few outputs by a few registers of queries, or of many outputs for one query.
 
 use super::super::packed_mlp::{PackedLayer, PackedMlp};
-use super::{BLOCK, Buffers, GROUP, Row};
+use super::{BLOCK, Buffers, Row};
 
 /// A register of `LANES` numbers.
 ///
@@ -118,35 +118,60 @@ unsafe fn tiles<V: Vector, const N: usize, const RECTIFIED: bool>(
     N
 }
 
-/// The network on one query, with registers across outputs; `V` has [`GROUP`] lanes.
+/// The network on one query, with registers across outputs; `V` has at most [`COLUMN`](super::COLUMN) lanes.
 ///
 /// # Safety
 ///
 /// The processor has the instructions of `V`.
 #[inline(always)]
-pub(super) unsafe fn forward_one<V: Vector>(mlp: &PackedMlp, buffers: Buffers<'_, f32>) {
-    let Buffers { a, b, c } = buffers;
-    let last = mlp.layers.len() - 1;
-    for (index, layer) in mlp.layers.iter().enumerate() {
-        let (from, to): (&[f32], &mut [f32]) = match index {
-            0 => (a, b),
-            i if i % 2 == 1 => (b, c),
-            _ => (c, b),
-        };
-        assert!(layer.inputs <= from.len() && layer.stride <= to.len(), "room for every neuron");
-        let mut first = 0;
-        while first < layer.stride {
-            let registers = ((layer.stride - first) / GROUP).min(3);
-            // SAFETY: the room was just checked; the caller vouches for the instructions.
-            unsafe {
-                match registers {
-                    3 => column::<V, 3>(mlp, layer, first, from, to, index < last),
-                    2 => column::<V, 2>(mlp, layer, first, from, to, index < last),
-                    _ => column::<V, 1>(mlp, layer, first, from, to, index < last),
-                }
+pub(super) unsafe fn forward_one<V: Vector>(mlp: &PackedMlp, mut buffers: Buffers<'_, f32>) {
+    for index in 0..mlp.layers.len() {
+        // SAFETY: forwarded from the caller.
+        unsafe { layer_one::<V>(mlp, index, &mut buffers) }
+    }
+}
+
+/// Two networks on one query each, layer by layer in turn.
+///
+/// # Safety
+///
+/// As for [`forward_one`].
+#[inline(always)]
+pub(super) unsafe fn forward_two<V: Vector>(mlps: [&PackedMlp; 2], mut buffers: [Buffers<'_, f32>; 2]) {
+    let layers = mlps[0].layers.len().max(mlps[1].layers.len());
+    for index in 0..layers {
+        for (mlp, buffers) in mlps.iter().zip(&mut buffers) {
+            if index < mlp.layers.len() {
+                // SAFETY: forwarded from the caller.
+                unsafe { layer_one::<V>(mlp, index, buffers) }
             }
-            first += registers * GROUP;
         }
+    }
+}
+
+#[inline(always)]
+unsafe fn layer_one<V: Vector>(mlp: &PackedMlp, index: usize, buffers: &mut Buffers<'_, f32>) {
+    let Buffers { a, b, c } = buffers;
+    let layer = &mlp.layers[index];
+    let is_last = index + 1 == mlp.layers.len();
+    let (from, to): (&[f32], &mut [f32]) = match index {
+        0 => (a, b),
+        i if i % 2 == 1 => (b, c),
+        _ => (c, b),
+    };
+    assert!(layer.inputs <= from.len() && layer.stride <= to.len(), "room for every neuron");
+    let mut first = 0;
+    while first < layer.outputs {
+        let registers = (layer.outputs - first).div_ceil(V::LANES).min(3);
+        // SAFETY: the room was just checked; the caller vouches for the instructions.
+        unsafe {
+            match registers {
+                3 => column::<V, 3>(mlp, layer, first, from, to, !is_last),
+                2 => column::<V, 2>(mlp, layer, first, from, to, !is_last),
+                _ => column::<V, 1>(mlp, layer, first, from, to, !is_last),
+            }
+        }
+        first += registers * V::LANES;
     }
 }
 
@@ -162,7 +187,7 @@ unsafe fn column<V: Vector, const N: usize>(
     to: &mut [f32],
     rectified: bool,
 ) {
-    // SAFETY: a packed layer lies inside the numbers of its network, with `stride` a multiple of GROUP outputs; the caller checked the room.
+    // SAFETY: a packed layer lies inside the numbers of its network, with `stride` a multiple of the lanes; the caller checked the room.
     unsafe {
         let numbers = mlp.numbers().as_ptr();
         let weights = numbers.add(layer.weights + first);
@@ -170,12 +195,12 @@ unsafe fn column<V: Vector, const N: usize>(
             let x = V::splat(*from.as_ptr().add(input));
             let w = weights.add(input * layer.stride);
             for (k, sum) in sums.iter_mut().enumerate() {
-                *sum = sum.plus_product(x, V::load(w.add(k * GROUP)));
+                *sum = sum.plus_product(x, V::load(w.add(k * V::LANES)));
             }
         };
         let mut sums = [[V::splat(0.0); N]; PARALLEL];
         for (k, sum) in sums[0].iter_mut().enumerate() {
-            *sum = V::load(numbers.add(layer.biases + first + k * GROUP));
+            *sum = V::load(numbers.add(layer.biases + first + k * V::LANES));
         }
         let even = layer.inputs / PARALLEL * PARALLEL;
         for input in (0..even).step_by(PARALLEL) {
@@ -190,7 +215,7 @@ unsafe fn column<V: Vector, const N: usize>(
         for k in 0..N {
             let sum = sums[0][k].add(sums[1][k]).add(sums[2][k].add(sums[3][k]));
             let sum = if rectified { sum.rectified() } else { sum };
-            sum.store(to.as_mut_ptr().add(first + k * GROUP));
+            sum.store(to.as_mut_ptr().add(first + k * V::LANES));
         }
     }
 }

@@ -135,10 +135,21 @@ macro_rules! isa {
                 #[target_feature(enable = $features)]
                 fn compiled(mlp: &PackedMlp, buffers: Buffers<'_, f32>) {
                     // SAFETY: as above.
-                    unsafe { tile::forward_one::<__m256>(mlp, buffers) }
+                    unsafe { tile::forward_one::<$register>(mlp, buffers) }
                 }
                 // SAFETY: as above.
                 unsafe { compiled(mlp, buffers) }
+            }
+
+            #[inline(always)]
+            fn forward_two(self, mlps: [&PackedMlp; 2], buffers: [Buffers<'_, f32>; 2]) {
+                #[target_feature(enable = $features)]
+                fn compiled(mlps: [&PackedMlp; 2], buffers: [Buffers<'_, f32>; 2]) {
+                    // SAFETY: as above.
+                    unsafe { tile::forward_two::<$register>(mlps, buffers) }
+                }
+                // SAFETY: as above.
+                unsafe { compiled(mlps, buffers) }
             }
 
             #[inline(always)]
@@ -153,14 +164,25 @@ macro_rules! isa {
             }
 
             #[inline(always)]
-            fn fetch_one(self, texture: &PackedTexture, corners: &Corners<1>, features: &mut [f32]) {
+            fn fetch_one<const N: usize>(
+                self,
+                texture: &PackedTexture,
+                corners: &Corners<N>,
+                query: usize,
+                features: &mut [f32],
+            ) {
                 #[target_feature(enable = $features)]
-                fn compiled(texture: &PackedTexture, corners: &Corners<1>, features: &mut [f32]) {
+                fn compiled<const N: usize>(
+                    texture: &PackedTexture,
+                    corners: &Corners<N>,
+                    query: usize,
+                    features: &mut [f32],
+                ) {
                     // SAFETY: as above.
-                    unsafe { fetch_one::<$wide>(texture, corners, features) }
+                    unsafe { fetch_one::<N, $wide>(texture, corners, query, features) }
                 }
                 // SAFETY: as above.
-                unsafe { compiled(texture, corners, features) }
+                unsafe { compiled(texture, corners, query, features) }
             }
         }
     };
@@ -258,30 +280,36 @@ unsafe fn block_from<T: Texel, const WIDE: bool>(
 }
 
 #[inline(always)]
-unsafe fn fetch_one<const WIDE: bool>(texture: &PackedTexture, corners: &Corners<1>, features: &mut [f32]) {
-    assert!(texture.scale.len() <= features.len(), "room for every group");
+unsafe fn fetch_one<const N: usize, const WIDE: bool>(
+    texture: &PackedTexture,
+    corners: &Corners<N>,
+    query: usize,
+    features: &mut [f32],
+) {
+    assert!(texture.scale.len() <= features.len() && query < N, "room for every group");
     // SAFETY: forwarded from the caller.
     unsafe {
         match &texture.texels {
-            PackedTexels::F32(texels) => one_from::<f32, WIDE>(texture, texels, corners, features),
-            PackedTexels::F16(texels) => one_from::<u16, WIDE>(texture, texels, corners, features),
-            PackedTexels::U8(texels) => one_from::<u8, WIDE>(texture, texels, corners, features),
+            PackedTexels::F32(texels) => one_from::<f32, N, WIDE>(texture, texels, corners, query, features),
+            PackedTexels::F16(texels) => one_from::<u16, N, WIDE>(texture, texels, corners, query, features),
+            PackedTexels::U8(texels) => one_from::<u8, N, WIDE>(texture, texels, corners, query, features),
         }
     }
 }
 
 #[inline(always)]
-unsafe fn one_from<T: Texel, const WIDE: bool>(
+unsafe fn one_from<T: Texel, const N: usize, const WIDE: bool>(
     texture: &PackedTexture,
     texels: &[T],
-    corners: &Corners<1>,
+    corners: &Corners<N>,
+    query: usize,
     features: &mut [f32],
 ) {
     for group in 0..texture.channels.div_ceil(GROUP) {
         // SAFETY: as in `block_from`.
         unsafe {
             let from = texels.as_ptr().add(group * texture.group_stride);
-            let mixed = bilinear::<T, 1, WIDE>(from, corners, 0);
+            let mixed = bilinear::<T, N, WIDE>(from, corners, query);
             let scale = _mm256_loadu_ps(texture.scale.as_ptr().add(group * GROUP));
             let offset = _mm256_loadu_ps(texture.offset.as_ptr().add(group * GROUP));
             let to = features.as_mut_ptr().add(group * GROUP);
