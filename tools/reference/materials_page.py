@@ -1,9 +1,10 @@
 """Writes docs/materials.md: how the shipped materials were trained, and how good they are.
 
     cargo build --release
-    python tools/reference/materials_page.py [--keep DIR]
+    python tools/reference/materials_page.py [--keep DIR] [--forms DIR]
 
-Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped.
+Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped. Models of other
+forms to set beside ours, which do not ship, are `DIR/neumip/NAME.sbtf` and `DIR/paper/NAME.sbtf`; without --forms their table is left as it is.
 """
 
 import argparse
@@ -68,6 +69,27 @@ def hole_row(path, keep):
     return "| " + " | ".join(cells) + " |"
 
 
+def form_row(path, keep, forms):
+    """A row of the table of forms: ours beside NeuMIP's pictures and, where there is one, the paper's silhouettes."""
+    others = [forms / form / path.name for form in ("neumip", "paper")]
+    others = [other for other in others if other.exists()]
+    if not others:
+        return None
+    relative = str(path.relative_to(ROOT))
+    models = report(keep, f"{path.stem}-forms", "eval", relative, *map(str, others), "--spp", "16")["models"]
+    by_form = {"ours": models[0]}
+    for other, model in zip(others, models[1:]):
+        by_form[other.parent.name] = model
+    cells = [path.stem]
+    for form in ("ours", "paper"):
+        cells.append(f"{left(by_form[form]['silhouettes']):.3f}" if form in by_form else "")
+    for key, digits in [("psnr", 1), ("flip", 2)]:
+        for form in ("ours", "neumip"):
+            values = by_form[form]["appearance"] if form in by_form else []
+            cells.append(" / ".join(f"{value[key]:.{digits}f}" for value in values))
+    return "| " + " | ".join(cells) + " |"
+
+
 def torus_row(path, keep):
     """A row of the table, and the shares that are left by the model with the paper's query and with the chord's."""
     name, relative = path.stem, str(path.relative_to(ROOT))
@@ -88,7 +110,9 @@ def torus_row(path, keep):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keep", type=Path, help="keep the reports in this folder, and take those that are there")
-    keep = parser.parse_args().keep
+    parser.add_argument("--forms", type=Path, help="folder with models of other forms, as above")
+    args = parser.parse_args()
+    keep = args.keep
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
     paths = sorted((ROOT / "assets" / "materials").glob("*.sbtf"))
@@ -96,9 +120,12 @@ def main():
     rows = [row(path, keep) for path in paths if path not in direct]
     holes = [hole_row(path, keep) for path in direct]
     on_torus = [torus_row(path, keep) for path in paths if path.stem in PAPER]
+    forms = [form_row(path, keep, args.forms) for path in paths if args.forms and path not in direct]
+    forms = [row for row in forms if row]
     mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
     text = (ROOT / "docs" / "materials.md").read_text()
-    for key, lines in [("patches", rows), ("holes", holes), ("torus", [line[0] for line in on_torus])]:
+    tables = [("patches", rows), ("holes", holes), ("torus", [line[0] for line in on_torus])]
+    for key, lines in tables + ([("forms", forms)] if forms else []):
         begin, end = f"<!-- {key} -->\n", f"<!-- end of {key} -->"
         head, rest = text.split(begin)
         table, tail = rest.split(end)

@@ -5,7 +5,7 @@
 
 Needs torch and safetensors (CPU; versions in crates/sbtf/tests/data/README.md). Everything is in double precision and built from
 PyTorch's own operations, so that nothing is shared with the code under test. The second form times a training step of
-a 16-24-24-24-4 network (forward, backward, Adam) on one thread.
+a 16-24-24-24-4 network (forward, backward, Adam) on one thread, and the networks of queries.
 
 Three cases: `silhouette` (taps along the ray, L2 + 0.3 L1 on the dip), `direct` (the same on the opacity), `chain` (offset, then
 colour at the moved texture coordinates; gamma deviance + 0.1 L1 on ln(1 + rgb), 0.5 L1 on the offset). Inputs that follow
@@ -174,6 +174,35 @@ def time_step():
     print(f"torch {torch.__version__}: {1e3 * seconds[20]:.1f} ms a step of CPU time (median of 40; fastest {1e3 * seconds[0]:.1f})")
 
 
+def time_queries():
+    """The three networks of a query, without textures, in the batch that suits PyTorch best."""
+    forms = {"paper": [11, 11, 14], "taps": [83, 59, 14], "neumip": [10, 13]}
+    outputs = {"paper": [1, 2, 3], "taps": [1, 1, 3], "neumip": [1, 3]}
+    for name, inputs in forms.items():
+        best = math.inf
+        for samples in (1024, 4096, 16_384, 65_536):
+            models = []
+            for first, last in zip(inputs, outputs[name]):
+                sizes = [first, 24, 24, 24, last]
+                layers = []
+                for a, b in zip(sizes, sizes[1:]):
+                    layers += [torch.nn.Linear(a, b), torch.nn.ReLU()]
+                models.append((torch.nn.Sequential(*layers[:-1]), torch.randn(samples, first)))
+            seconds = []
+            with torch.inference_mode():
+                for _ in range(3 + (1 << 21) // samples):
+                    began = time.process_time()
+                    for model, x in models:
+                        model(x)
+                    seconds.append(time.process_time() - began)
+            best = min(best, min(seconds[3:]) / samples)
+        print(f"torch {torch.__version__}: {name}, networks alone {1e9 * best:.0f} ns a query of CPU time (fastest batch)")
+
+
 if __name__ == "__main__":
     torch.set_default_dtype(torch.float64)
-    time_step() if sys.argv[1] == "--time" else record(sys.argv[1])
+    if sys.argv[1] == "--time":
+        time_step()
+        time_queries()
+    else:
+        record(sys.argv[1])
