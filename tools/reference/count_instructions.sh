@@ -52,5 +52,5 @@ row() {
 row "\`quadric\`, 2 rings" 2 quadric 2
 row "\`quadric\`, 5 rings" 5 quadric 5
 row "\`jet\`, degree 4 on 3 rings" 3 jet 3 4
-row "\`auto\`, tolerance 0.01" 3 auto
+row "\`auto\`, tolerance 0.005" 3 auto
 row "\`normals\`, 1 ring" 1 normals
