@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p osculate-sbtf --bench queries [FILTER]`. The peak is a loop of independent fused multiply-adds, measured in the same run;
 //! shares count the multiply-adds of the networks only, so that fetches, `exp` and sorting count as loss. Queries graze, so that all
-//! of them go through all networks; the last column is a batch from all over the hemisphere, of which most know that they hit.
+//! of them go through all networks; the last column is a batch of all directions and curvatures, of which most are known to hit.
 #![allow(missing_docs, reason = "criterion_group makes an undocumented function")]
 #![allow(clippy::print_stdout, reason = "shares of the peak are what it measures")]
 
@@ -40,12 +40,13 @@ fn grazing(count: usize, depth: f32) -> Vec<Query> {
     (0..count).map(query).collect()
 }
 
-/// Queries from all over the hemisphere, evenly; most need no opacity network.
-fn spread(count: usize) -> Vec<Query> {
+/// Queries from all over the hemisphere and of all curvatures that models are trained for, evenly; most need no opacity network.
+fn spread(count: usize, [low, high]: [f32; 2]) -> Vec<Query> {
     let lifted = |(i, query): (usize, Query)| {
         let cosine = (i as f32 * 0.754_877_7).fract().max(1e-3);
         let flat = query.wo.truncate().normalize() * (1.0 - cosine * cosine).sqrt();
-        Query { wo: flat.extend(cosine), ..query }
+        let kappa_hat = low + (high - low) * (i as f32 * 0.618_034).fract();
+        Query { wo: flat.extend(cosine), kappa_hat, ..query }
     };
     grazing(count, 0.1).into_iter().enumerate().map(lifted).collect()
 }
@@ -165,7 +166,7 @@ fn measure(name: &str, model: &Model, precision: Precision, peak: f64) {
             black_box(material.eval(black_box(query)));
         }
     }) / few as f64;
-    let all_over = spread(COUNT);
+    let all_over = spread(COUNT, model.architecture.kappa_range);
     let usual = fastest(|number| {
         material.eval_batch(black_box(window(&all_over, number, WINDOW)), &mut answers);
     }) / WINDOW as f64;
