@@ -25,12 +25,16 @@ pub struct PatchDataset {
     kappas: KappaDistribution,
     depth: f32,
     transport: Transport,
-    /// Of height fields.
-    field: Option<FieldTracer>,
-    /// Of tile meshes, unless patches are asked for.
-    mesh: Option<MeshTracer>,
+    tracer: Tracer,
     /// Of tile meshes, and of height fields where they are asked for.
     triangles: Option<Triangles>,
+}
+
+/// What rays are traced through that do without patches, each bent for its own curvature.
+#[derive(Debug)]
+enum Tracer {
+    Field(FieldTracer),
+    Mesh(MeshTracer),
 }
 
 #[derive(Debug)]
@@ -63,23 +67,18 @@ impl PatchDataset {
     /// Where the options contradict themselves, or the material cannot be hit.
     pub fn new(micro: &Microstructure, options: DatasetOptions) -> Result<Self, DatasetError> {
         options.check()?;
-        let field = match &micro.geometry {
-            Geometry::HeightField(field) => Some(FieldTracer::new(field, options.tile.shading)),
-            Geometry::TileMesh(_) => None,
-        };
-        let mesh = match &micro.geometry {
-            Geometry::TileMesh(mesh) if options.tracing == Tracing::March => {
-                Some(MeshTracer::new(mesh, &options.tile))
+        let (tracer, is_field) = match &micro.geometry {
+            Geometry::HeightField(field) => {
+                (Tracer::Field(FieldTracer::new(field, options.tile.shading)), true)
             }
-            _ => None,
+            Geometry::TileMesh(mesh) => (Tracer::Mesh(MeshTracer::new(mesh, &options.tile)), false),
         };
-        let traced = field.is_none() || options.tracing == Tracing::Triangles;
+        let traced = !is_field || options.tracing == Tracing::Triangles;
         let dataset = Self {
             kappas: KappaDistribution::new(options.kappa_range),
             depth: micro.geometry.depth(),
             transport: Transport::new(options.transport),
-            field,
-            mesh,
+            tracer,
             triangles: traced.then(|| Triangles::new(micro, &options)),
             options,
         };
@@ -97,7 +96,7 @@ impl PatchDataset {
     /// in height fields, and nothing is traced.
     #[must_use]
     pub fn study_opacity(&self, queries: u32, options: &GrazingOptions) -> OpacityStudy {
-        let (None, Some(triangles)) = (&self.field, &self.triangles) else {
+        let (Tracer::Mesh(_), Some(triangles)) = (&self.tracer, &self.triangles) else {
             return OpacityStudy { queries, not_steps: 0 };
         };
         let patches = self.patches(triangles, 0);
@@ -115,7 +114,7 @@ impl PatchDataset {
     /// Height fields are closed.
     fn check_hits(&self, name: &str) -> Result<(), DatasetError> {
         const TRIES: u32 = 1024;
-        let (None, Some(triangles)) = (&self.field, &self.triangles) else { return Ok(()) };
+        let (Tracer::Mesh(_), Some(triangles)) = (&self.tracer, &self.triangles) else { return Ok(()) };
         let patch = Patch::new(triangles.tile.clone(), self.options.kappa_range[1], 0.0);
         let mut random = Random::new(self.options.seed, 0, 0);
         let mut uv = || Vec2::new(random.unit(), random.unit());
@@ -171,21 +170,22 @@ impl PatchDataset {
                 (kappa, Vec2::from_angle(angle))
             }
         };
-        let silhouette = match (&self.field, patch, self.options.silhouettes) {
-            (Some(field), ..) => Some(field.sweep.silhouette_cosine(uv, along, kappa)),
-            (None, Some(patch), Silhouettes::Traced(options)) => patch.silhouette_cosine(uv, along, &options),
+        let silhouette = match (&self.tracer, patch, self.options.silhouettes) {
+            (Tracer::Field(field), ..) => Some(field.sweep.silhouette_cosine(uv, along, kappa)),
+            (_, Some(patch), Silhouettes::Traced(options)) => patch.silhouette_cosine(uv, along, &options),
             _ => None,
         };
-        let cos_o = match &self.field {
-            Some(_) => distribution::opacity_cosine(silhouette, kappa, self.depth, random),
-            None => distribution::see_through_cosine(self.options.grazing, kappa, self.depth, random),
+        let cos_o = match &self.tracer {
+            Tracer::Field(_) => distribution::opacity_cosine(silhouette, kappa, self.depth, random),
+            Tracer::Mesh(_) => {
+                distribution::see_through_cosine(self.options.grazing, kappa, self.depth, random)
+            }
         };
         let wo = viewer(along, cos_o);
-        let opaque = match (silhouette, patch, &self.mesh) {
-            (Some(cosine), None, _) => cos_o >= cosine,
-            (_, Some(patch), _) => patch.hits(uv, wo),
-            (None, None, Some(mesh)) => mesh.hits(uv, wo, kappa),
-            (None, None, None) => unreachable!("tile meshes are bent, or asked on patches"),
+        let opaque = match (&self.tracer, patch) {
+            (_, Some(patch)) => patch.hits(uv, wo),
+            (Tracer::Field(_), None) => silhouette.is_some_and(|cosine| cos_o >= cosine),
+            (Tracer::Mesh(mesh), None) => mesh.hits(uv, wo, kappa),
         };
         OpacitySample {
             uv,
@@ -224,11 +224,10 @@ impl PatchDataset {
     }
 
     fn trace(&self, place: Place, query: &Query, random: &mut Random) -> Option<PatchSample> {
-        match (place, &self.field, &self.mesh) {
-            (Place::Patch(patch), ..) => patch.sample(&self.transport, query.uv, query.wo, query.wi, random),
-            (_, Some(field), _) => field.sample(&self.transport, query, 1, random),
-            (_, None, Some(mesh)) => mesh.sample(&self.transport, query, 1, random),
-            (_, None, None) => unreachable!("tile meshes are bent, or traced on patches"),
+        match (place, &self.tracer) {
+            (Place::Patch(patch), _) => patch.sample(&self.transport, query.uv, query.wo, query.wi, random),
+            (_, Tracer::Field(field)) => field.sample(&self.transport, query, 1, random),
+            (_, Tracer::Mesh(mesh)) => mesh.sample(&self.transport, query, 1, random),
         }
     }
 }
@@ -306,18 +305,19 @@ fn viewer(along: Vec2, cosine: f32) -> Vec3 {
 impl SampleSource for PatchDataset {
     fn first_features(&self, which: Features, shape: TextureShape, seed: u64) -> Option<Vec<f32>> {
         let mut random = Random::new(seed, Stream::Features as u64, which as u64);
-        match (&self.field, &self.mesh) {
-            (Some(field), _) => Some(field.first_features(which, shape, &mut random)),
-            (None, Some(mesh)) => Some(mesh.first_features(which, shape, &mut random)),
-            (None, None) => None,
+        match &self.tracer {
+            Tracer::Field(field) => Some(field.first_features(which, shape, &mut random)),
+            Tracer::Mesh(_) if self.options.tracing == Tracing::Triangles => None,
+            Tracer::Mesh(mesh) => Some(mesh.first_features(which, shape, &mut random)),
         }
     }
 
     fn fill_opacity(&self, index: u64, batch: &mut OpacityBatch) {
         let count = batch.len();
-        let traced = self.mesh.is_none() || self.options.silhouettes != Silhouettes::Unknown;
-        let patches = match (&self.field, &self.triangles) {
-            (None, Some(triangles)) if traced => self.patches(triangles, index),
+        let Self { options, .. } = self;
+        let traced = options.tracing == Tracing::Triangles || options.silhouettes != Silhouettes::Unknown;
+        let patches = match (&self.tracer, &self.triangles) {
+            (Tracer::Mesh(_), Some(triangles)) if traced => self.patches(triangles, index),
             _ => Vec::new(),
         };
         let sample = |row: usize| {
