@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "calling functions compiled for an instruction set requires it")]
 
 use super::dispatch::dispatch;
-use super::network::{BLOCK, ROW};
+use super::shape::{BLOCK, ROW};
 use crate::model::TextureShape;
 
 /// A place between four texels.

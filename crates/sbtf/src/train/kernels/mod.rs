@@ -5,10 +5,13 @@ mod features;
 mod lanes;
 mod network;
 mod parameters;
+mod products;
+mod shape;
 
 pub(crate) use features::{Tap, add_footprints, fetch};
-pub(crate) use network::{BLOCK, ROW, Shape, backward, drain, forward};
+pub(crate) use network::{backward, drain, forward};
 pub(crate) use parameters::{AdamStep, accumulate, adam};
+pub(crate) use shape::{BLOCK, ROW, Shape};
 
 /// What the processor can do; only sets that are present are ever made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
