@@ -287,7 +287,7 @@ fn fetch_taps<I: Isa>(
     let mut next = 0;
     if let [fraction] = taps {
         let uv = uv + step * *fraction;
-        isa.fetch_one(texture, &texture.corners(&[uv.x], &[uv.y]), 0, inputs);
+        isa.fetch_one(texture, texture.corners(&[uv.x], &[uv.y]).of(0), inputs);
         return texture.channels;
     }
     for taps in taps.chunks(TOGETHER) {
@@ -298,7 +298,7 @@ fn fetch_taps<I: Isa>(
         }
         let corners = texture.corners(&at[0], &at[1]);
         for k in 0..taps.len() {
-            isa.fetch_one(texture, &corners, k, &mut inputs[next..]);
+            isa.fetch_one(texture, corners.of(k), &mut inputs[next..]);
             next += texture.channels;
         }
     }

@@ -44,6 +44,24 @@ pub(super) struct Corners<const N: usize = BLOCK> {
     pub fractions: [[f32; N]; 2],
 }
 
+/// Where one point lies between texels; see [`Corners`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corner {
+    pub rows: [u32; 2],
+    pub fractions: [f32; 2],
+}
+
+impl<const N: usize> Corners<N> {
+    /// Those of one point.
+    #[inline(always)]
+    pub fn of(&self, point: usize) -> Corner {
+        Corner {
+            rows: [self.rows[0][point], self.rows[1][point]],
+            fractions: [self.fractions[0][point], self.fractions[1][point]],
+        }
+    }
+}
+
 impl PackedTexture {
     /// Packs a texture.
     ///

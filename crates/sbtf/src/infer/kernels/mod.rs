@@ -15,7 +15,7 @@ mod tile;
 mod x86;
 
 use super::packed_mlp::PackedMlp;
-use super::packed_texture::{Corners, PackedTexture};
+use super::packed_texture::{Corner, Corners, PackedTexture};
 
 pub(super) use portable::Portable;
 #[cfg(target_arch = "x86_64")]
@@ -86,14 +86,8 @@ pub(super) trait Isa: Copy {
     /// Features of 32 queries, a row per channel.
     fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]);
 
-    /// Features of one of several queries; `features` has room for a multiple of [`GROUP`].
-    fn fetch_one<const N: usize>(
-        self,
-        texture: &PackedTexture,
-        corners: &Corners<N>,
-        query: usize,
-        features: &mut [f32],
-    );
+    /// Features of one query; `features` has room for a multiple of [`GROUP`].
+    fn fetch_one(self, texture: &PackedTexture, corner: Corner, features: &mut [f32]);
 }
 
 /// Something to be compiled for every instruction set.

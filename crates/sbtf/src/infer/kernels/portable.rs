@@ -2,7 +2,7 @@
 
 use half::f16;
 
-use super::super::packed_texture::{Corners, PackedTexels, PackedTexture};
+use super::super::packed_texture::{Corner, Corners, PackedTexels, PackedTexture};
 use super::tile::{self, Vector};
 use super::{BLOCK, Buffers, GROUP, Isa, PackedMlp, Row};
 
@@ -70,48 +70,35 @@ impl Isa for Portable {
     fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]) {
         #[allow(clippy::needless_range_loop, reason = "the rows are columns here")]
         for query in 0..BLOCK {
-            fetch(texture, corners, query, |channel, feature| rows[channel][query] = feature);
+            fetch(texture, corners.of(query), |channel, feature| rows[channel][query] = feature);
         }
     }
 
     #[inline(always)]
-    fn fetch_one<const N: usize>(
-        self,
-        texture: &PackedTexture,
-        corners: &Corners<N>,
-        query: usize,
-        features: &mut [f32],
-    ) {
-        fetch(texture, corners, query, |channel, feature| features[channel] = feature);
+    fn fetch_one(self, texture: &PackedTexture, corner: Corner, features: &mut [f32]) {
+        fetch(texture, corner, |channel, feature| features[channel] = feature);
     }
 }
 
 /// Calls `put` with every channel and its feature.
-fn fetch<const N: usize>(
-    texture: &PackedTexture,
-    corners: &Corners<N>,
-    query: usize,
-    put: impl FnMut(usize, f32),
-) {
+fn fetch(texture: &PackedTexture, corner: Corner, put: impl FnMut(usize, f32)) {
     match &texture.texels {
-        PackedTexels::F32(texels) => fetch_from(texture, texels, |&x| x, corners, query, put),
+        PackedTexels::F32(texels) => fetch_from(texture, texels, |&x| x, corner, put),
         PackedTexels::F16(texels) => {
-            fetch_from(texture, texels, |&x| f16::from_bits(x).to_f32(), corners, query, put);
+            fetch_from(texture, texels, |&x| f16::from_bits(x).to_f32(), corner, put);
         }
-        PackedTexels::U8(texels) => fetch_from(texture, texels, |&x| f32::from(x), corners, query, put),
+        PackedTexels::U8(texels) => fetch_from(texture, texels, |&x| f32::from(x), corner, put),
     }
 }
 
-fn fetch_from<T, const N: usize>(
+fn fetch_from<T>(
     texture: &PackedTexture,
     texels: &[T],
     value: impl Fn(&T) -> f32,
-    corners: &Corners<N>,
-    query: usize,
+    corner: Corner,
     mut put: impl FnMut(usize, f32),
 ) {
-    let [row0, row1] = [corners.rows[0][query] as usize, corners.rows[1][query] as usize];
-    let (fx, fy) = (corners.fractions[0][query], corners.fractions[1][query]);
+    let ([row0, row1], [fx, fy]) = (corner.rows.map(|row| row as usize), corner.fractions);
     for channel in 0..texture.channels {
         let group = channel / GROUP * texture.group_stride + channel % GROUP;
         let at = |index: usize| value(&texels[group + index]);

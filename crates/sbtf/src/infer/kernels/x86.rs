@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::super::packed_texture::{Corners, PackedTexels, PackedTexture};
+use super::super::packed_texture::{Corner, Corners, PackedTexels, PackedTexture};
 use super::tile::{self, Vector};
 use super::{BLOCK, Buffers, GROUP, Isa, PackedMlp, Row, Task};
 
@@ -164,25 +164,14 @@ macro_rules! isa {
             }
 
             #[inline(always)]
-            fn fetch_one<const N: usize>(
-                self,
-                texture: &PackedTexture,
-                corners: &Corners<N>,
-                query: usize,
-                features: &mut [f32],
-            ) {
+            fn fetch_one(self, texture: &PackedTexture, corner: Corner, features: &mut [f32]) {
                 #[target_feature(enable = $features)]
-                fn compiled<const N: usize>(
-                    texture: &PackedTexture,
-                    corners: &Corners<N>,
-                    query: usize,
-                    features: &mut [f32],
-                ) {
+                fn compiled(texture: &PackedTexture, corner: Corner, features: &mut [f32]) {
                     // SAFETY: as above.
-                    unsafe { fetch_one::<N, $wide>(texture, corners, query, features) }
+                    unsafe { fetch_one::<$wide>(texture, corner, features) }
                 }
                 // SAFETY: as above.
-                unsafe { compiled(texture, corners, query, features) }
+                unsafe { compiled(texture, corner, features) }
             }
         }
     };
@@ -265,7 +254,7 @@ unsafe fn block_from<T: Texel, const WIDE: bool>(
                 let from = texels.as_ptr().add(group * texture.group_stride);
                 let mut features = [_mm256_setzero_ps(); 8];
                 for (k, feature) in features.iter_mut().enumerate() {
-                    *feature = bilinear::<T, BLOCK, WIDE>(from, corners, query + k);
+                    *feature = bilinear::<T, WIDE>(from, corners.of(query + k));
                 }
                 let features = transposed(features);
                 for (k, &feature) in features.iter().enumerate().take(channels) {
@@ -280,36 +269,30 @@ unsafe fn block_from<T: Texel, const WIDE: bool>(
 }
 
 #[inline(always)]
-unsafe fn fetch_one<const N: usize, const WIDE: bool>(
-    texture: &PackedTexture,
-    corners: &Corners<N>,
-    query: usize,
-    features: &mut [f32],
-) {
-    assert!(texture.scale.len() <= features.len() && query < N, "room for every group");
+unsafe fn fetch_one<const WIDE: bool>(texture: &PackedTexture, corner: Corner, features: &mut [f32]) {
+    assert!(texture.scale.len() <= features.len(), "room for every group");
     // SAFETY: forwarded from the caller.
     unsafe {
         match &texture.texels {
-            PackedTexels::F32(texels) => one_from::<f32, N, WIDE>(texture, texels, corners, query, features),
-            PackedTexels::F16(texels) => one_from::<u16, N, WIDE>(texture, texels, corners, query, features),
-            PackedTexels::U8(texels) => one_from::<u8, N, WIDE>(texture, texels, corners, query, features),
+            PackedTexels::F32(texels) => one_from::<f32, WIDE>(texture, texels, corner, features),
+            PackedTexels::F16(texels) => one_from::<u16, WIDE>(texture, texels, corner, features),
+            PackedTexels::U8(texels) => one_from::<u8, WIDE>(texture, texels, corner, features),
         }
     }
 }
 
 #[inline(always)]
-unsafe fn one_from<T: Texel, const N: usize, const WIDE: bool>(
+unsafe fn one_from<T: Texel, const WIDE: bool>(
     texture: &PackedTexture,
     texels: &[T],
-    corners: &Corners<N>,
-    query: usize,
+    corner: Corner,
     features: &mut [f32],
 ) {
     for group in 0..texture.channels.div_ceil(GROUP) {
         // SAFETY: as in `block_from`.
         unsafe {
             let from = texels.as_ptr().add(group * texture.group_stride);
-            let mixed = bilinear::<T, N, WIDE>(from, corners, query);
+            let mixed = bilinear::<T, WIDE>(from, corner);
             let scale = _mm256_loadu_ps(texture.scale.as_ptr().add(group * GROUP));
             let offset = _mm256_loadu_ps(texture.offset.as_ptr().add(group * GROUP));
             let to = features.as_mut_ptr().add(group * GROUP);
@@ -320,16 +303,11 @@ unsafe fn one_from<T: Texel, const N: usize, const WIDE: bool>(
 
 /// Eight features of one query, before scale and offset.
 #[inline(always)]
-unsafe fn bilinear<T: Texel, const N: usize, const WIDE: bool>(
-    from: *const T,
-    corners: &Corners<N>,
-    query: usize,
-) -> __m256 {
+unsafe fn bilinear<T: Texel, const WIDE: bool>(from: *const T, corner: Corner) -> __m256 {
     // SAFETY: corners point into the texture, which ends with a copy of its first column in every row.
     unsafe {
-        let row0 = from.add(corners.rows[0][query] as usize);
-        let row1 = from.add(corners.rows[1][query] as usize);
-        let (fx, fy) = (corners.fractions[0][query], corners.fractions[1][query]);
+        let (row0, row1) = (from.add(corner.rows[0] as usize), from.add(corner.rows[1] as usize));
+        let [fx, fy] = corner.fractions;
         let (left, right) = if WIDE {
             let (top, bottom) = (T::pair(row0), T::pair(row1));
             let both = _mm512_fmadd_ps(_mm512_sub_ps(bottom, top), _mm512_set1_ps(fy), top);
