@@ -21,7 +21,7 @@ pub(crate) struct ShadingPoint<'a> {
     pub material: &'a Material,
     /// Of a microstructure's maps, in the place of the material's.
     reflectance: Option<Reflectance>,
-    /// The triangle's normal on the viewer's side, if directions below its plane carry no light; see [`Self::absorbs`].
+    /// The surface's own normal on the viewer's side, if directions below its plane carry no light; see [`Self::absorbs`].
     horizon: Option<Vec3>,
 }
 
@@ -70,15 +70,18 @@ impl<'a> ShadingPoint<'a> {
         let smooth = if micro.normal.dot(geometric) < 0.0 { -micro.normal } else { micro.normal };
         let frame = Frame::new(facing_viewer(smooth, wo));
         let origin = point.offset_by(geometric, micro.position);
-        let (reflectance, horizon) = (Some(micro.reflectance), Some(geometric));
+        let facet = micro.facet.unwrap_or(geometric);
+        let horizon = Some(if facet.dot(geometric) < 0.0 { -facet } else { facet });
+        let reflectance = Some(micro.reflectance);
         Self { origin, frame, wo: frame.local_from_world(wo), uv, material, reflectance, horizon }
     }
 
-    /// Whether light in this direction is lost: it is above the shading normal's horizon and goes into the triangle.
+    /// Whether light in this direction is lost: it is above the shading normal's horizon and goes into the surface.
     ///
-    /// Triangles of a microstructure are the surface, and what goes into them is absorbed, as in other renderers. A Lambert surface
-    /// whose two normals are at the angle `t` loses `(1 - cos t) / 2` of the light so. On ordinary meshes the triangles only stand
-    /// for the smooth surface: rays start on that (see [`lifted`]), and such directions are free.
+    /// A microstructure's surface is what it is, and what goes into it is absorbed, as in other renderers. A Lambert surface whose two
+    /// normals are at the angle `t` loses `(1 - cos t) / 2` of the light so. Displaced triangles count by the bilinear heights that they
+    /// stand for: their own planes turn further from the shading normals, the more the larger they are. On ordinary meshes the triangles
+    /// only stand for the smooth surface: rays start on that (see [`lifted`]), and such directions are free.
     pub(crate) fn absorbs(&self, wi: Vec3) -> bool {
         self.horizon.is_some_and(|normal| normal.dot(wi) < 0.0)
     }
