@@ -286,7 +286,10 @@ mod tests {
             let expected = Vec3::new(-slope(Vec2::new(step, 0.0)), -slope(Vec2::new(0.0, step)), 1.0);
             // Heights of 0.3 are rounded to 3e-8, coordinates of 3 to 2e-7 of a step of 5e-4.
             let found = shading.facet(uv);
-            assert!((found - expected).length() < 2e-3 * (1.0 + expected.length()), "{uv}: {found} {expected}");
+            assert!(
+                (found - expected).length() < 2e-3 * (1.0 + expected.length()),
+                "{uv}: {found} {expected}"
+            );
         }
     }
 }

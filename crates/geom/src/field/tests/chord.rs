@@ -240,10 +240,10 @@ fn chord_of_the_estimate_comes_close_too() {
     }
 }
 
-/// The value below which this share of them lies.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+/// The value below which so many in a hundred of them lie.
+fn quantile(mut values: Vec<f64>, percent: usize) -> f64 {
     values.sort_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share) as usize]
+    values[(values.len() - 1) * percent / 100]
 }
 
 /// Looking at the section now and then, as the filter does, against looking at it in every triangle. Curvature counts against the
@@ -268,10 +268,10 @@ fn looking_now_and_then_finds_what_looking_everywhere_does() {
                 rates.extend(now.uv_rate.zip(all.uv_rate).map(|(a, b)| off(a, b)));
             }
             assert!(stops <= 6, "{stops} of {} end otherwise", curvatures.len());
-            let [median, most] = [0.5, 0.99].map(|share| quantile(curvatures.clone(), share));
+            let [median, most] = [50, 99].map(|percent| quantile(curvatures.clone(), percent));
             assert!(median < 0.05 * curvature_bound && most < *curvature_bound, "{share}: {median} {most}");
             if !rates.is_empty() {
-                let most = quantile(rates, 0.99);
+                let most = quantile(rates, 99);
                 assert!(most < *uv_bound, "{share}: UV rates are off by {most}");
             }
         }
