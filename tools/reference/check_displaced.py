@@ -1,7 +1,7 @@
 """Displaced truth beside Mitsuba 3: the same materials on the same torus, rendered by both, compared within the noise.
 
     check_displaced.py [--osculate target/release/osculate] [--materials stone-1,wool-1,cave] [--side 96] [--spp 256]
-                       [--seeds 4] [--elevation 35] [--tolerance 0.001] [--resolution 64] [--keep DIR]
+                       [--seeds 4] [--elevation 35] [--tolerance 0.001] [--resolution 64] [--fineness 4] [--scale 1000] [--keep DIR]
 
     pip install mitsuba==3.9.1 numpy pillow; Mitsuba's llvm variants also need Debian's libllvm19
 
@@ -10,6 +10,10 @@ Only maps pass from one side to the other (`osculate micro --maps`): heights of 
 the displaced surface and no triangle in common with ours. Both have a Lambert surface (`specular = 0`; the materials named here have no
 metal), a constant sky and a sun, and as many bounces. Our pixel filter is a tent; Mitsuba's pictures are taken 8 times as fine with a box filter and
 weighted by that tent, so that neither side divides by random weights.
+
+On both sides a direction above the shading normal's horizon that goes into the triangle is lost. How often that happens depends on the angle
+between triangle and shading normal, so also on how fine the triangles are: see --fineness. Mitsuba starts rays 9e-5 (1 + largest coordinate)
+off the surface, which is much beside the microstructure: its scene is made larger, so that the 1 is nothing.
 
 What is compared is luminance in blocks of 8 by 8 pixels: z = difference / deviation. Its mean square is 1 if both sides are right. Our
 pixels are independent, so that a block's variance is the sum of its pixels' over the seeds; Mitsuba's are not, and it is the block's own over
@@ -179,6 +183,7 @@ def mitsuba(torus, args):
     import mitsuba as mi
 
     positions, normals, colours, triangles = torus
+    positions = args.scale * positions
     mesh = mi.Mesh("torus", len(positions), len(triangles), has_vertex_normals=True, props=properties(mi))
     mesh.add_attribute("vertex_color", 3, colours.ravel())
     parameters = mi.traverse(mesh)
@@ -188,7 +193,7 @@ def mitsuba(torus, args):
     parameters.update()
     lights = {"constant": SKY, "directional": {"direction": SUN, "irradiance": IRRADIANCE}}
     c = camera(args.elevation)
-    look = mi.ScalarTransform4f().look_at(origin=c["origin"], target=c["target"], up=[0, 1, 0])
+    look = mi.ScalarTransform4f().look_at(origin=[args.scale * x for x in c["origin"]], target=c["target"], up=[0, 1, 0])
     film = {"type": "hdrfilm", "width": FINER * args.side, "height": FINER * args.side, "pixel_format": "rgb"}
     film |= {"component_format": "float32", "filter": {"type": "box"}}
     sensor = {"type": "perspective", "to_world": look, "fov": c["fov_degrees"], "fov_axis": "y", "film": film}
@@ -327,6 +332,7 @@ def main():
     parser.add_argument("--tolerance", type=float, default=0.001, help="of our triangles, in depths")
     parser.add_argument("--resolution", type=int, default=64, help="texels of a tile")
     parser.add_argument("--fineness", type=int, default=4, help="Mitsuba's vertices per texel along u and v")
+    parser.add_argument("--scale", type=float, default=1000, help="of Mitsuba's scene")
     parser.add_argument("--floor", type=float, default=0.0, help="percent that blocks may differ by beside the noise")
     parser.add_argument("--keep", type=Path, help="where pictures go")
     args = parser.parse_args()

@@ -21,6 +21,8 @@ pub(crate) struct ShadingPoint<'a> {
     pub material: &'a Material,
     /// Of a microstructure's maps, in the place of the material's.
     reflectance: Option<Reflectance>,
+    /// The surface's own normal on the viewer's side, if directions below its plane carry no light; see [`Self::absorbs`].
+    horizon: Option<Vec3>,
 }
 
 impl<'a> ShadingPoint<'a> {
@@ -52,6 +54,7 @@ impl<'a> ShadingPoint<'a> {
             uv,
             material,
             reflectance: None,
+            horizon: None,
         }
     }
 
@@ -67,8 +70,20 @@ impl<'a> ShadingPoint<'a> {
         let smooth = if micro.normal.dot(geometric) < 0.0 { -micro.normal } else { micro.normal };
         let frame = Frame::new(facing_viewer(smooth, wo));
         let origin = point.offset_by(geometric, micro.position);
+        let facet = micro.facet.unwrap_or(geometric);
+        let horizon = Some(if facet.dot(geometric) < 0.0 { -facet } else { facet });
         let reflectance = Some(micro.reflectance);
-        Self { origin, frame, wo: frame.local_from_world(wo), uv, material, reflectance }
+        Self { origin, frame, wo: frame.local_from_world(wo), uv, material, reflectance, horizon }
+    }
+
+    /// Whether light in this direction is lost: it is above the shading normal's horizon and goes into the surface.
+    ///
+    /// A microstructure's surface is what it is, and what goes into it is absorbed, as in other renderers. A Lambert surface whose two
+    /// normals are at the angle `t` loses `(1 - cos t) / 2` of the light so. Displaced triangles count by the bilinear heights that they
+    /// stand for: their own planes turn further from the shading normals, the more the larger they are. On ordinary meshes the triangles
+    /// only stand for the smooth surface: rays start on that (see [`lifted`]), and such directions are free.
+    pub(crate) fn absorbs(&self, wi: Vec3) -> bool {
+        self.horizon.is_some_and(|normal| normal.dot(wi) < 0.0)
     }
 
     pub(crate) fn bsdf(&self, scene: &Prepared, base_color: Vec3) -> Bsdf {

@@ -64,7 +64,10 @@ impl Vertex<'_> {
     /// draws the direction.
     pub(crate) fn eval(&self, wi: Vec3, energy: &EnergyTable) -> (Vec3, f32) {
         match self {
-            Self::Surface { point, bsdf } => bsdf.eval(point.wo, point.frame.local_from_world(wi), energy),
+            Self::Surface { point, bsdf } => {
+                let (value, pdf) = bsdf.eval(point.wo, point.frame.local_from_world(wi), energy);
+                (if point.absorbs(wi) { Vec3::ZERO } else { value }, pdf)
+            }
             Self::Silhouette(point) => point.eval(wi),
         }
     }
@@ -75,7 +78,7 @@ impl Vertex<'_> {
             Self::Surface { point, bsdf } => {
                 let sample = bsdf.sample(point.wo, pick, u, energy)?;
                 let wi = point.frame.world_from_local(sample.wi);
-                Some(Scattered { wi, weight: sample.weight, pdf: sample.pdf })
+                (!point.absorbs(wi)).then_some(Scattered { wi, weight: sample.weight, pdf: sample.pdf })
             }
             Self::Silhouette(point) => {
                 let wi = point.draw(pick, u);

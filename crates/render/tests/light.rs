@@ -5,9 +5,12 @@ mod support;
 use std::sync::Arc;
 
 use glam::Vec3;
+use osculate_render::scene::{Laying, MicroSurface, SurfaceSource};
 use osculate_render::{
-    Environment, EnvironmentImage, Light, Material, RectangleLight, RenderOptions, StopRule, Strategy,
+    Environment, EnvironmentImage, Light, Material, MeshInstance, RectangleLight, RenderOptions, StopRule,
+    Strategy,
 };
+use osculate_sbtf::micro::{Grid, HeightField, Maps, Reflectance};
 use support::{assert_agree, independent, mean_and_error, object, plane, run, scene, sphere};
 
 #[test]
@@ -135,6 +138,32 @@ fn furnace_with_objects_shows_nothing() {
             (mean - 1.0).abs() < 4.5 * error + allowed,
             "{metallic} {specular} {roughness}: {mean} +- {error}"
         );
+    }
+}
+
+/// Slopes of 45 degrees that a microstructure's normals have on a flat triangle: a white surface in a white world loses the wedge
+/// between both horizons, and no strategy sees it otherwise.
+#[test]
+fn light_into_a_triangle_of_a_microstructure_is_lost() {
+    let mesh = plane(1.0, 0.0);
+    let uvs = mesh.positions().iter().map(|p| [0.5 + 0.5 * p.x, 0.5 - 0.5 * p.z]).collect();
+    let mesh = Arc::new(mesh.with_uv_set(uvs).expect("one UV per vertex"));
+    // From 1 to 0 over half a tile that is half a tile deep.
+    let grooves = Grid::from_fn(64, 64, |p| (2.0 * p.x - 1.0).abs());
+    let white = Reflectance { albedo: Vec3::ONE, roughness: 1.0, metalness: 0.0 };
+    let field = HeightField::new(grooves, 0.5, Maps::uniform(white));
+    let micro = MicroSurface::flat(&mesh, &field, &Laying::new([1.0; 2], 2.0));
+    let material = Material { micro: Some(micro), specular: 0.0, ..Material::default() };
+    let surface = SurfaceSource::Material(material);
+    let object = MeshInstance { surface, ..MeshInstance::new(mesh) };
+    let slope = Vec3::new(-0.5, 0.0, 0.1);
+    let mut scene = scene(vec![object], 4, slope + Vec3::new(0.1, 1.0, 0.2), slope, 0.01);
+    scene.environment = Environment::Constant(Vec3::ONE);
+    let expected = 0.5 * (1.0 + std::f64::consts::FRAC_PI_4.cos());
+    for strategy in [Strategy::Combined, Strategy::Lights, Strategy::Bsdf] {
+        let found = mean_and_error(&run(&scene, &independent(4000, 6, strategy, 4)));
+        assert_agree(found, (expected, 0.0), &format!("{strategy:?}"));
+        assert!(found.1 < 0.01, "{found:?}");
     }
 }
 

@@ -13,6 +13,10 @@
 //! interpolated curvature at every point, from three times that length on it is the lifted one, and in between a blend: the
 //! first has no jumps, and the second does not drift. The ray's elevation is taken against the lifted section's own tangent, so that very short
 //! chords have the limit that they must have, the curvature along the section.
+//!
+//! The walk passes every triangle, but the section is looked at only now and then, at steps that grow with the arc ([`PACE`]): between
+//! two looks it is taken for a curve of linearly changing curvature. Where its ends contradict that (the normals turn by another angle, or
+//! the section may come to the ray or the material's floor in between), the walk goes back and steps shorter, down to one triangle.
 
 mod curve;
 mod lift;
@@ -20,9 +24,9 @@ mod lift;
 use curve::{Curve, Integrated, Planar, length};
 use lift::{lift, lift_on_side, lifted_tangent, longest_side};
 
-use super::direction::section_curvature;
 use super::section::{Piece, SectionWalk, SideEnd, Stop};
 use super::start::{Start, StartSection};
+use super::stride::StrideWalk;
 use super::surface_field::CurvatureField;
 use super::walk_length::WalkLength;
 use crate::Vec3;
@@ -54,7 +58,14 @@ enum Reach {
     Depth(f64, f64),
 }
 
-pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLength) -> Chord {
+/// How far it is from one look at the section to the next, as a share of the arc so far.
+///
+/// On a torus of 480 by 240 quads and a material as deep as 5 % of its diagonal, 99 % of the curvatures are within 1.1e-3 of those of
+/// looks in every triangle (times the depth); with 0.3 within 5e-4, with 0.8 within 1.6e-3.
+pub(super) const PACE: f64 = 0.6;
+
+/// The chord of a ray. With a `pace` of 0 the section is looked at in every triangle.
+pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLength, pace: f64) -> Chord {
     let stay = Chord {
         kappa: start.along,
         t_exit: None,
@@ -64,7 +75,7 @@ pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLengt
         stop: Stop::NormalIncidence,
     };
     let Some(at) = &start.section else { return stay };
-    let Some(mut walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay };
+    let Some(walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay };
     let reach = match length {
         WalkLength::Fixed(length) => Reach::Arc(length),
         WalkLength::Shell { depth } | WalkLength::ShellAt { depth, .. } => {
@@ -72,22 +83,53 @@ pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLengt
         }
     };
     let mut query = Query::new(field, start, at, walk.piece(), reach);
+    let mut walk = StrideWalk::new(field, &walk, [query.origin, query.ray]);
+    let (mut mark, mut distance, mut way) = (walk.mark(), 0.0, Ok(()));
     loop {
-        if let Some(end) = query.add(walk.piece(), walk.ends()) {
-            return query.finish(end, walk.crossings());
+        let rejects = if walk.passed() > mark.passed() + 1 { Rejects::IfUneven } else { Rejects::No };
+        let (position, ends) = walk.crossing();
+        match query.look(&position, &ends, rejects) {
+            Look::Ended(end) => return query.finish(end, &walk),
+            Look::TooFar => {
+                walk.back_to(mark);
+                distance *= 0.4;
+            }
+            Look::GoOn => {
+                mark = walk.mark();
+                distance = pace * query.sine * query.last_passed.arc.max(query.side);
+            }
         }
-        if let Err(stop) = walk.advance() {
-            return query.finish(End { stop, ..query.last_end() }, walk.crossings());
+        if way.is_ok() || walk.passed() == mark.passed() {
+            way = walk.stride(distance);
+        }
+        if let Err(stop) = way
+            && walk.passed() == mark.passed()
+        {
+            return query.finish(End { stop, ..query.last_end() }, &walk);
         }
     }
 }
 
-/// How the walk got to a point.
+/// Whether a look at the section may be turned down for what it may have missed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rejects {
+    No,
+    IfUneven,
+}
+
+/// What a look at the section says.
+enum Look {
+    GoOn,
+    /// The section on the way there is not the curve that its ends suggest.
+    TooFar,
+    Ended(End),
+}
+
+/// How the walk got to a point that was looked at.
 #[derive(Debug, Clone, Copy, Default)]
 struct Passed {
     t: f64,
     arc: f64,
-    uv: [f64; 2],
 }
 
 /// Where and why the walk ended.
@@ -117,31 +159,10 @@ struct Query<'a, 'f> {
     /// The end of the last piece on the lifted section, without the blend.
     lifted: [f64; 2],
     last: Planar,
-    /// The ends of the last crossed side: of the next, one is the same.
-    corners: [Corner; 2],
-    passed: Vec<Passed>,
+    last_passed: Passed,
+    /// Looks at the section, the first included.
+    looks: u32,
 }
-
-/// What a crossing takes of an end of its side.
-#[derive(Debug, Clone, Copy)]
-struct Corner {
-    vertex: u32,
-    /// Normal of the fitted surface and curvature of the section there; `None` without an estimate.
-    estimate: Option<(Vec3, f64)>,
-}
-
-impl Corner {
-    /// Before the first crossing.
-    const NONE: Self = Self { vertex: u32::MAX, estimate: None };
-
-    fn new(field: &CurvatureField<'_>, vertex: u32, plane_normal: &Vec3) -> Self {
-        let estimate = field.principal(vertex).map(|p| (p.normal(), section_curvature(p, plane_normal)));
-        Self { vertex, estimate }
-    }
-}
-
-/// Pieces that most walks have at most.
-const USUAL_PIECES: usize = 63;
 
 impl<'a, 'f> Query<'a, 'f> {
     fn new(
@@ -157,8 +178,6 @@ impl<'a, 'f> Query<'a, 'f> {
         let up = tangent.cross(&at.plane.normal);
         let (cosine, sine) = (start.cosine, (1.0 - start.cosine * start.cosine).max(0.0).sqrt());
         let (ray, across) = (tangent * sine - up * cosine, tangent * cosine + up * sine);
-        let mut passed = Vec::with_capacity(USUAL_PIECES + 1);
-        passed.push(Passed::default());
         Self {
             field,
             plane_normal: at.plane.normal,
@@ -173,53 +192,77 @@ impl<'a, 'f> Query<'a, 'f> {
             integrated: Integrated::default(),
             lifted: [0.0; 2],
             last: Planar { t: 0.0, above: 0.0, normal: [n.dot(&ray), n.dot(&across)], kappa: at.kappa },
-            corners: [Corner::NONE; 2],
-            passed,
+            last_passed: Passed::default(),
+            looks: 0,
         }
     }
 
-    /// Goes over a piece; where the walk ends if it ends there.
-    fn add(&mut self, piece: &Piece, ends: &[SideEnd; 2]) -> Option<End> {
-        let is_first = self.passed.len() == 1;
-        let (from, mut to) = (self.last, self.planar(piece, ends));
-        let before = *self.passed.last().expect("holds the start");
-        let span = length(to.t - self.lifted[0], to.above - self.lifted[1]);
-        self.lifted = [to.t, to.above];
-        let share = self.lifted_share(before.arc + span);
+    /// Goes on to the end of a piece.
+    fn look(&mut self, position: &Vec3, ends: &[SideEnd; 2], rejects: Rejects) -> Look {
+        let is_first = self.looks == 0;
+        let (from, mut to) = (self.last, self.planar(position, ends));
+        let before = self.last_passed;
+        let lifted = [to.t, to.above];
+        let span = length(lifted[0] - self.lifted[0], lifted[1] - self.lifted[1]);
+        let turn = 0.5 * (from.kappa + to.kappa) * span;
+        // From the chord to its arc.
+        let arc = span * (1.0 + turn * turn / 24.0);
+        let share = self.lifted_share(before.arc + arc);
+        let mut integrated = self.integrated;
         if share < 1.0 {
-            self.integrated.add(span, from.kappa, to.kappa);
-            [to.t, to.above] = self.blend(to, share);
+            integrated.add(span, from.kappa, to.kappa);
+            [to.t, to.above] = self.blend(&integrated, to, share);
         }
-        let uv = uv_step(self.field, piece).unwrap_or_default();
-        let after =
-            Passed { t: to.t, arc: before.arc + span, uv: [before.uv[0] + uv[0], before.uv[1] + uv[1]] };
-        self.last = to;
-        self.passed.push(after);
         let curve = Curve { from, to, span };
+        if rejects == Rejects::IfUneven && self.is_uneven(&curve, turn) {
+            return Look::TooFar;
+        }
+        (self.lifted, self.integrated, self.last) = (lifted, integrated, to);
+        let after = Passed { t: to.t, arc: before.arc + arc };
+        self.last_passed = after;
+        self.looks += 1;
         let between = |share: f64, stop| {
             let [t, above] = curve.at(share);
-            let mix = |a: f64, b: f64| a + share * (b - a);
-            let uv = [mix(before.uv[0], after.uv[0]), mix(before.uv[1], after.uv[1])];
-            let at = Passed { t, arc: mix(before.arc, after.arc), uv };
+            let at = Passed { t, arc: before.arc + share * arc };
             // The end of an arc of linearly changing curvature lies as if it were all that at a third of the way.
             let kappa = is_first.then_some(from.kappa + (to.kappa - from.kappa) * share / 3.0);
-            End { stop, kappa, at, above }
+            Look::Ended(End { stop, kappa, at, above })
         };
         let exit = if is_first { self.first_exit(&curve) } else { curve.exit() };
         let stop = match self.reach {
             Reach::Arc(length) if after.arc >= length => {
-                let share = if span > 0.0 { ((length - before.arc) / span).clamp(0.0, 1.0) } else { 0.0 };
+                let share = if arc > 0.0 { ((length - before.arc) / arc).clamp(0.0, 1.0) } else { 0.0 };
                 Some((share, Stop::Length))
             }
             Reach::Depth(depth, most) => self.below(&curve, depth, most),
             Reach::Arc(_) => None,
         };
         match (exit, stop) {
-            (Some(exit), Some((share, stop))) if share < exit => Some(between(share, stop)),
-            (Some(exit), _) => Some(between(exit, Stop::Exit)),
-            (None, Some((share, stop))) => Some(between(share, stop)),
-            (None, None) => None,
+            (Some(exit), Some((share, stop))) if share < exit => between(share, stop),
+            (Some(exit), _) => between(exit, Stop::Exit),
+            (None, Some((share, stop))) => between(share, stop),
+            (None, None) => Look::GoOn,
         }
+    }
+
+    /// Whether something may have been missed on a piece that turns by `turn` if its curvature changes evenly: its ends' normals differ
+    /// by another angle, or it may come to the ray or below the material in between.
+    fn is_uneven(&self, curve: &Curve, turn: f64) -> bool {
+        /// Largest turn, radians: parabolas are taken for arcs.
+        const MOST: f64 = 0.5;
+        /// Of the error in height that the angle stands for, about a twelfth of angle times length, as a share of the height of the ray's
+        /// triangle: it goes into the curvature with the same share.
+        const TOLERANCE: f64 = 0.01;
+        let Curve { from, to, span } = curve;
+        let turned = to.normal[0] * from.normal[1] - to.normal[1] * from.normal[0];
+        let off = (turned - turn * (1.0 - turn * turn / 6.0)).abs();
+        let middle = curve.at(0.5)[1];
+        let dips = middle < 0.0 && to.above > 0.0;
+        let dives = match self.reach {
+            Reach::Depth(depth, _) => middle > to.above && middle > 0.9 * depth * to.normal[1],
+            Reach::Arc(_) => false,
+        };
+        turn.abs() > MOST || off * span > TOLERANCE * self.cosine * to.t || dips || dives
     }
 
     /// How much of the lifted curve counts at this arc, by the size of a triangle; it only grows with the arc.
@@ -232,8 +275,8 @@ impl<'a, 'f> Query<'a, 'f> {
     }
 
     /// Between the integrated and the lifted curve.
-    fn blend(&self, lifted: Planar, share: f64) -> [f64; 2] {
-        let Integrated { x, z, .. } = self.integrated;
+    fn blend(&self, integrated: &Integrated, lifted: Planar, share: f64) -> [f64; 2] {
+        let Integrated { x, z, .. } = *integrated;
         let smooth = [self.sine * x - self.cosine * z, self.cosine * x + self.sine * z];
         let mix = |a: f64, b: f64| if share == 0.0 { a } else { a + share * (b - a) };
         [mix(smooth[0], lifted.t), mix(smooth[1], lifted.above)]
@@ -259,30 +302,30 @@ impl<'a, 'f> Query<'a, 'f> {
         if curve.to.above >= depth * facing(&curve.to) {
             let depth_at = |p: &Planar| p.above / facing(p);
             let (from, to) = (depth_at(&curve.from), depth_at(&curve.to));
-            let share = if to > from { (depth - from) / (to - from) } else { 1.0 };
+            let share = if to > from { ((depth - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+            // Once more from there, as the section is bent.
+            let normal = curve.from.normal[1] + share * (curve.to.normal[1] - curve.from.normal[1]);
+            let off = depth - curve.at(share)[1] / normal.max(LEAST_FACING);
+            let share = if to > from { share + off / (to - from) } else { share };
             return Some((share.clamp(0.0, 1.0), Stop::Below));
         }
         (curve.to.t >= most).then_some((1.0, Stop::Length))
     }
 
     /// Where the piece leaves its triangle.
-    fn planar(&mut self, piece: &Piece, ends: &[SideEnd; 2]) -> Planar {
-        let known = self.corners;
-        self.corners = ends.map(|end| {
-            let same = known.into_iter().find(|corner| corner.vertex == end.vertex);
-            same.unwrap_or_else(|| Corner::new(self.field, end.vertex, &self.plane_normal))
-        });
+    fn planar(&self, position: &Vec3, ends: &[SideEnd; 2]) -> Planar {
         let (mut sum, mut kappa, mut weight) = (Vec3::zeros(), 0.0, 0.0);
-        for (corner, end) in self.corners.iter().zip(ends) {
-            if let Some((normal, curvature)) = corner.estimate {
-                sum += normal * end.weight;
-                kappa += curvature * end.weight;
+        for end in ends {
+            let bend = self.field.bend(end.vertex);
+            if bend.is_known {
+                sum += bend.normal() * end.weight;
+                kappa += bend.section(&self.plane_normal) * end.weight;
                 weight += end.weight;
             }
         }
         let sum = if sum == Vec3::zeros() { self.across } else { sum };
         let in_plane = sum - self.plane_normal * self.plane_normal.dot(&sum);
-        let kappa = if weight == 1.0 { kappa } else { kappa / weight };
+        let kappa = kappa / (weight * self.field.bend_scale());
         let (whole, inside) = (sum.norm(), in_plane.norm());
         // A section that grazes the surface runs along it: the lift's way to the patch within the plane has no limit there.
         let lift = lift_on_side(self.field, ends);
@@ -294,7 +337,7 @@ impl<'a, 'f> Query<'a, 'f> {
             let unit = in_plane.try_normalize(0.0).unwrap_or(self.across);
             (unit, lift * (inside / whole) / (LEAST_SINE * LEAST_SINE), 1.0 / LEAST_SINE)
         };
-        let p = piece.exit.position + unit * lift - self.origin;
+        let p = position + unit * lift - self.origin;
         Planar {
             t: self.ray.dot(&p),
             above: self.across.dot(&p),
@@ -306,17 +349,12 @@ impl<'a, 'f> Query<'a, 'f> {
 
     /// The end of the last piece.
     fn last_end(&self) -> End {
-        let at = *self.passed.last().expect("holds the start");
+        let at = self.last_passed;
         let first = self.start_kappa + (self.last.kappa - self.start_kappa) / 3.0;
-        End {
-            stop: Stop::Length,
-            kappa: (self.passed.len() == 2).then_some(first),
-            at,
-            above: self.last.above,
-        }
+        End { stop: Stop::Length, kappa: (self.looks == 1).then_some(first), at, above: self.last.above }
     }
 
-    fn finish(&self, end: End, crossings: u32) -> Chord {
+    fn finish(&self, end: End, walk: &StrideWalk<'_, '_>) -> Chord {
         let (c, s) = (self.cosine, self.sine);
         let t = end.at.t;
         let is_exit = end.stop == Stop::Exit;
@@ -327,29 +365,20 @@ impl<'a, 'f> Query<'a, 'f> {
         let kappa = end.kappa.unwrap_or(through_end);
         let kappa = if kappa.is_finite() { kappa } else { self.last.kappa };
         let t_exit = is_exit.then(|| if end.kappa.is_some() && kappa > 0.0 { 2.0 * c / kappa } else { t });
-        let uv_rate = self.field.corner_uvs(0).and_then(|_| {
-            let (uv, arc) = match t_exit {
-                // The arc over half of the chord: its angle is the entry's elevation.
-                Some(t) if end.kappa.is_none() => {
-                    (self.foot(0.5 * t), 0.5 * t * if c > 0.0 { c.asin() / c } else { 1.0 })
-                }
-                // Within one triangle the rate is the same all the way.
-                Some(_) => (self.passed[1].uv, self.passed[1].arc),
-                None => (end.at.uv, arc_over(x, z)),
-            };
+        let (uv, arc) = match t_exit {
+            // The arc over half of the chord: its angle is the entry's elevation.
+            Some(t) if end.kappa.is_none() => {
+                (walk.uv_at(0.5 * t), 0.5 * t * if c > 0.0 { c.asin() / c } else { 1.0 })
+            }
+            // Within one triangle the rate is the same all the way.
+            Some(_) => (walk.first_uv(), self.last_passed.arc),
+            None => (walk.uv_at(t), arc_over(x, z)),
+        };
+        let uv_rate = uv.and_then(|uv| {
             let rate = uv.map(|d| d / arc);
             rate.iter().all(|d| d.is_finite()).then_some(rate)
         });
-        Chord { kappa, t_exit, uv_rate, length: end.at.arc, crossings, stop: end.stop }
-    }
-
-    /// UV displacement up to the first point of the section whose foot on the ray is at distance `t`.
-    fn foot(&self, t: f64) -> [f64; 2] {
-        let next = self.passed.iter().position(|p| p.t >= t).unwrap_or(self.passed.len() - 1).max(1);
-        let (from, to) = (self.passed[next - 1], self.passed[next]);
-        let share = ((t - from.t) / (to.t - from.t)).clamp(0.0, 1.0);
-        let share = if share.is_nan() { 1.0 } else { share };
-        [0, 1].map(|k| from.uv[k] + share * (to.uv[k] - from.uv[k]))
+        Chord { kappa, t_exit, uv_rate, length: end.at.arc, crossings: walk.crossings(), stop: end.stop }
     }
 }
 
@@ -360,11 +389,4 @@ const LEAST_SINE: f64 = 0.223_606_797_749_979;
 fn arc_over(x: f64, z: f64) -> f64 {
     let (chord, angle) = (x.hypot(z), (-z).atan2(x));
     if angle == 0.0 { chord } else { chord * angle / angle.sin() }
-}
-
-/// UV displacement over a piece, with the UVs that its own triangle has at its corners.
-fn uv_step(field: &CurvatureField<'_>, piece: &Piece) -> Option<[f64; 2]> {
-    let uvs = field.corner_uvs(piece.from.triangle)?;
-    let (from, to) = (piece.from.barycentric, piece.exit.point.barycentric);
-    Some([0, 1].map(|axis| (0..3).map(|k| (to[k] - from[k]) * uvs[k][axis]).sum()))
 }

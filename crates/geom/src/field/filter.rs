@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::baked::BakedMinimum;
-use super::chord::chord;
+use super::chord::{PACE, chord};
 use super::march::minimum_past;
 use super::section::Stop;
 use super::skip::SkipBounds;
@@ -145,7 +145,7 @@ impl Filter {
             return Some(still(table.kappa(field, &start), Stop::NoWalk));
         }
         if let Self::Chord = self {
-            let found = chord(field, &start, query.length);
+            let found = chord(field, &start, query.length, PACE);
             return Some(FilterAnswer {
                 kappa: found.kappa,
                 length: found.length,

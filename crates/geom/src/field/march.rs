@@ -3,7 +3,8 @@
 //! On each piece of the section the interpolated curvature is linear, so its minimum is at an end and the walk finds the
 //! exact minimum of the interpolated field.
 
-use super::section::{Piece, Section, SectionWalk, Stop};
+use super::direction::section_curvature;
+use super::section::{Section, SectionWalk, SideEnd, Stop};
 use super::start::Start;
 use super::surface_field::CurvatureField;
 
@@ -25,9 +26,15 @@ pub(super) fn minimum_past(field: &CurvatureField<'_>, start: &Start, length: f6
     let stay = March { kappa: start.kappa(), length: 0.0, crossings: 0, stop: Stop::NormalIncidence };
     let Some(at) = &start.section else { return stay };
     let Some(mut walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay };
-    let mut minimum = Minimum { kappa: stay.kappa, last: Some(at.kappa), walked: 0.0, length };
+    let mut minimum = Minimum {
+        kappa: stay.kappa,
+        last: Some(at.kappa),
+        walked: 0.0,
+        length,
+        corners: [(u32::MAX, None); 2],
+    };
     let stop = loop {
-        if minimum.add(field, &at.plane, walk.piece()) {
+        if minimum.add(field, &at.plane, &walk) {
             break Stop::Length;
         }
         if let Err(stop) = walk.advance() {
@@ -44,15 +51,17 @@ struct Minimum {
     last: Option<f64>,
     walked: f64,
     length: f64,
+    /// The ends of the last crossed side, with the section's curvature: of the next, one is the same.
+    corners: [(u32, Option<f64>); 2],
 }
 
 impl Minimum {
     /// Goes over a piece, or as far as the length allows; whether it ends there.
-    fn add(&mut self, field: &CurvatureField<'_>, section: &Section, piece: &Piece) -> bool {
-        let span = piece.span();
+    fn add(&mut self, field: &CurvatureField<'_>, section: &Section, walk: &SectionWalk<'_, '_>) -> bool {
+        let span = walk.piece().span();
         let left = self.length - self.walked;
         let ends = span >= left;
-        let at_exit = field.kappa_of_section(piece.exit.point, &section.normal);
+        let at_exit = self.at_side(field, section, walk.ends());
         let kappa = if ends && span > 0.0 {
             // Linear on the piece between its two ends.
             at_exit.zip(self.last).map(|(exit, from)| from + left / span * (exit - from))
@@ -63,6 +72,24 @@ impl Minimum {
         self.last = at_exit;
         self.walked = if ends { self.length } else { self.walked + span };
         ends
+    }
+
+    /// Curvature of the section where it crosses a side, of those ends that have an estimate and a share.
+    fn at_side(&mut self, field: &CurvatureField<'_>, section: &Section, ends: &[SideEnd; 2]) -> Option<f64> {
+        let known = self.corners;
+        self.corners = ends.map(|end| {
+            let same = known.into_iter().find(|corner| corner.0 == end.vertex);
+            let new = || field.principal(end.vertex).map(|p| section_curvature(p, &section.normal));
+            same.unwrap_or_else(|| (end.vertex, new()))
+        });
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (corner, end) in self.corners.iter().zip(ends) {
+            if let (Some(kappa), true) = (corner.1, end.weight > 0.0) {
+                sum += kappa * end.weight;
+                total += end.weight;
+            }
+        }
+        (total > 0.0).then(|| sum / total)
     }
 }
 

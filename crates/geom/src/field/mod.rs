@@ -13,7 +13,9 @@ mod section;
 mod skip;
 mod slice;
 mod start;
+mod stride;
 mod surface_field;
+mod vertex_bend;
 mod walk_length;
 
 #[cfg(test)]

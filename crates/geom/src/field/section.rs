@@ -74,7 +74,7 @@ pub(super) struct SideEnd {
     pub vertex: u32,
     pub position: Vec3,
     /// Above the section plane.
-    height: f64,
+    pub height: f64,
     /// Its share in the crossing; those of both ends sum to one.
     pub weight: f64,
 }
@@ -114,6 +114,11 @@ impl<'a, 'f> SectionWalk<'a, 'f> {
         });
         let start_triangle = from.triangle;
         Some(Self { field, section, piece, ends, start_triangle, crossings: 0, is_closed: false })
+    }
+
+    /// The plane.
+    pub fn section(&self) -> &Section {
+        &self.section
     }
 
     /// The piece that the walk is on.

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::direction::{kappa_along, section_curvature};
 use super::march::{self, March};
 use super::start::Start;
+use super::vertex_bend::VertexBend;
 use crate::curvature::{Principal, VertexCurvature};
 use crate::mesh::{Surface, Topology};
 use crate::{Mat3, Mesh, Vec3};
@@ -28,6 +29,10 @@ pub struct CurvatureField<'a> {
     diagonal: f64,
     /// UVs of the corners of every triangle; empty without.
     corner_uvs: Vec<[[f64; 2]; 3]>,
+    /// Per vertex, for walks.
+    bends: Vec<VertexBend>,
+    /// Bit `k` for every triangle: whether UV are others beyond its side `k`; empty without.
+    uv_jumps: Vec<u8>,
 }
 
 impl<'a> CurvatureField<'a> {
@@ -42,7 +47,9 @@ impl<'a> CurvatureField<'a> {
         assert_eq!(curvature.len(), surface.positions().len(), "one estimate per surface vertex");
         let topology = Topology::new(surface.triangles());
         let diagonal = surface.bbox_diagonal();
-        Self { surface, curvature, topology, diagonal, corner_uvs: Vec::new() }
+        let scale = if diagonal > 0.0 { diagonal } else { 1.0 };
+        let bends = curvature.iter().map(|v| VertexBend::new(v.principal.as_ref(), scale)).collect();
+        Self { surface, curvature, topology, diagonal, bends, corner_uvs: Vec::new(), uv_jumps: Vec::new() }
     }
 
     /// The same field with a UV set of the mesh that the surface was made of, for the chord's UV rate. Without such a set
@@ -56,8 +63,19 @@ impl<'a> CurvatureField<'a> {
         assert_eq!(mesh.triangles().len(), self.surface.triangles().len(), "the mesh of the surface");
         if let Some(uvs) = mesh.uv_sets().get(set) {
             self.corner_uvs = mesh.triangles().iter().map(|t| t.map(|v| uvs[v as usize])).collect();
+            self.uv_jumps = (0..self.corner_uvs.len()).map(|t| self.jumps_of(t)).collect();
         }
         self
+    }
+
+    fn jumps_of(&self, triangle: usize) -> u8 {
+        let corners = |t: usize| std::iter::zip(self.surface.triangles()[t], self.corner_uvs[t]);
+        let jumps = |side: usize| {
+            let (next, _) = self.topology.across(triangle, side)?;
+            let mut ends = corners(triangle).enumerate().filter(|&(k, _)| k != (side + 2) % 3);
+            Some(ends.any(|(_, (v, uv))| corners(next).any(|(other, there)| other == v && there != uv)))
+        };
+        (0..3).filter(|&side| jumps(side) == Some(true)).map(|side| 1 << side).sum()
     }
 
     /// World-space position.
@@ -142,9 +160,24 @@ impl<'a> CurvatureField<'a> {
         self.curvature[vertex as usize].principal.as_ref()
     }
 
+    /// How the surface is bent at a vertex; lengths in it are of [`Self::bend_scale`].
+    pub(super) fn bend(&self, vertex: u32) -> &VertexBend {
+        &self.bends[vertex as usize]
+    }
+
+    /// The length that curvatures of [`Self::bend`] are the inverse of.
+    pub(super) fn bend_scale(&self) -> f64 {
+        if self.diagonal > 0.0 { self.diagonal } else { 1.0 }
+    }
+
     /// UVs of a triangle's corners, if the field has any.
     pub(super) fn corner_uvs(&self, triangle: usize) -> Option<&[[f64; 2]; 3]> {
         self.corner_uvs.get(triangle)
+    }
+
+    /// Whether the UV of a triangle do not go on beyond this side of it.
+    pub(super) fn uv_jumps(&self, triangle: usize, side: usize) -> bool {
+        self.uv_jumps.get(triangle).is_some_and(|jumps| jumps >> side & 1 == 1)
     }
 
     /// Length of the bounding box's diagonal: no straight way within the surface is longer.

@@ -74,6 +74,9 @@ pub(crate) struct MicroPoint {
     pub reflectance: Reflectance,
     /// Unit normal in the world, on the outward side.
     pub normal: Vec3,
+    /// Unit normal of the surface itself, on the outward side: of the heights that displaced triangles stand for; `None` where it is the
+    /// triangle's.
+    pub facet: Option<Vec3>,
     /// Where the surface is that the triangles stand for, if that is above them.
     pub position: Vec3,
 }
@@ -154,10 +157,14 @@ impl MicroSurface {
         let m = e1.cross(e2);
         let gradient = |a: f32, b: f32| (a * e2.cross(m) + b * m.cross(e1)) / m.length_squared();
         let point = self.field.point(uv);
-        let slopes = point.normal.x * gradient(d1.x, d2.x) + point.normal.y * gradient(d1.y, d2.y);
-        let normal = (point.normal.z * up + unit * slopes).try_normalize()?;
+        let laid = |n: Vec3| {
+            let slopes = n.x * gradient(d1.x, d2.x) + n.y * gradient(d1.y, d2.y);
+            (n.z * up + unit * slopes).try_normalize()
+        };
+        let normal = laid(point.normal)?;
+        let facet = if self.sources.is_some() { laid(self.field.facet(uv)) } else { None };
         let lift = if self.sources.is_some() { unit * self.field.field().z(uv) - height } else { 0.0 };
         let position = position + lift.max(0.0) * up;
-        position.is_finite().then_some(MicroPoint { reflectance: point.reflectance, normal, position })
+        position.is_finite().then_some(MicroPoint { reflectance: point.reflectance, normal, facet, position })
     }
 }

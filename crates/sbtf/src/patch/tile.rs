@@ -222,6 +222,26 @@ impl FieldShading {
             normal: self.normals.as_ref().map_or(Vec3::ZERO, |grid| grid.lookup(uv)),
         }
     }
+
+    /// Normal of the bilinear surface itself, of any length.
+    #[must_use]
+    pub fn facet(&self, uv: Vec2) -> Vec3 {
+        let heights = self.field.heights();
+        let size = Vec2::new(heights.width() as f32, heights.height() as f32);
+        // From the centre of the first texel.
+        let at = (uv - uv.floor()) * size - 0.5;
+        let (corner, within) = (at.floor(), at - at.floor());
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside the grid")]
+        let texel = |dx: f32, dy: f32| {
+            let wrapped = (corner + Vec2::new(dx, dy)).rem_euclid(size);
+            heights.texel(wrapped.x as usize, wrapped.y as usize)
+        };
+        let [a, b, c, d] = [texel(0.0, 0.0), texel(1.0, 0.0), texel(0.0, 1.0), texel(1.0, 1.0)];
+        let du = b - a + within.y * (d - c - b + a);
+        let dv = c - a + within.x * (d - b - c + a);
+        let slope = self.field.depth() * size * Vec2::new(du, dv);
+        Vec3::new(-slope.x, -slope.y, 1.0)
+    }
 }
 
 /// Normals of the smooth surface, not of unit length: central differences of the heights, turned by the normal map if there is one.
@@ -242,4 +262,34 @@ fn field_normals(field: &HeightField) -> Grid<Vec3> {
         let m = map.lookup(uv);
         (t * m.x + n.cross(t) * m.y + n * m.z).try_normalize().unwrap_or(n)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patch::test_fields::bumps;
+
+    /// The slopes of the bilinear surface, against differences of its heights within a cell.
+    #[test]
+    fn facets_are_the_gradient_of_the_heights() {
+        let field = bumps(20, 0.3);
+        let shading = FieldShading::new(&field, Shading::Smooth);
+        // A hundredth of a texel; none of the points below is as near to the border of a cell.
+        let step = 0.01 / 20.0;
+        for i in 0..200_u16 {
+            let uv = Vec2::new((f32::from(i) * 0.618).fract() + 2.0, (f32::from(i) * 0.414).fract() - 1.0);
+            let within = (20.0 * uv - 0.5).fract_gl();
+            if within.min_element() < 0.02 || within.max_element() > 0.98 {
+                continue;
+            }
+            let slope = |by: Vec2| (field.z(uv + by) - field.z(uv - by)) / (2.0 * step);
+            let expected = Vec3::new(-slope(Vec2::new(step, 0.0)), -slope(Vec2::new(0.0, step)), 1.0);
+            // Heights of 0.3 are rounded to 3e-8, coordinates of 3 to 2e-7 of a step of 5e-4.
+            let found = shading.facet(uv);
+            assert!(
+                (found - expected).length() < 2e-3 * (1.0 + expected.length()),
+                "{uv}: {found} {expected}"
+            );
+        }
+    }
 }

@@ -7,6 +7,9 @@
 //! **What belongs to the material.** A ray that leaves through the bounding surface is the renderer's from there on: it
 //! is not blocked by anything, also in a hollow where it would come back, and a path that leaves sees no other light. So
 //! does one that leaves a see-through material below. Height fields are closed below: nothing passes.
+//!
+//! **Two normals.** Light is reflected about the shading normal. A direction above its horizon that goes into the surface itself is
+//! absorbed, as in other renderers: a Lambert surface whose two normals are at the angle `t` loses `(1 - cos t) / 2` of the light.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -84,6 +87,8 @@ pub(crate) trait Space {
 pub(crate) struct Vertex<Start> {
     /// Where rays start that stay on the viewer's side.
     pub start: Start,
+    /// Of the surface itself, on the viewer's side.
+    pub geometric: Vec3,
     /// Around the shading normal.
     pub frame: Frame,
     /// Direction to the viewer, in the frame.
@@ -100,7 +105,12 @@ impl<Start> Vertex<Start> {
             _ => smooth,
         };
         let frame = Frame::new(facing_viewer(smooth, wo));
-        Self { start, frame, wo: frame.local_from_world(wo), bsdf }
+        Self { start, geometric, frame, wo: frame.local_from_world(wo), bsdf }
+    }
+
+    /// Whether a direction goes into the surface, where its light is lost.
+    fn absorbs(&self, direction: Vec3) -> bool {
+        self.geometric.dot(direction) < 0.0
     }
 }
 
@@ -134,7 +144,11 @@ impl Transport {
             let (pick, u) = (random.unit(), [random.unit(), random.unit()]);
             let Some(sample) = vertex.bsdf.sample(vertex.wo, pick, u, &self.table) else { break };
             throughput *= sample.weight;
-            ray = space.ray_from(&vertex.start, vertex.frame.world_from_local(sample.wi));
+            let direction = vertex.frame.world_from_local(sample.wi);
+            if vertex.absorbs(direction) {
+                break;
+            }
+            ray = space.ray_from(&vertex.start, direction);
             let Some(next) = space.closest(&ray) else { break };
             hit = next;
         }
@@ -144,6 +158,9 @@ impl Transport {
     /// Light from the directional source that a vertex reflects towards the path's start.
     fn direct<S: Space>(&self, space: &S, vertex: &Vertex<S::Start>) -> Vec3 {
         let light = space.light_at(&vertex.start);
+        if vertex.absorbs(light) {
+            return Vec3::ZERO;
+        }
         let (value, _) = vertex.bsdf.eval(vertex.wo, vertex.frame.local_from_world(light), &self.table);
         let free = value != Vec3::ZERO && space.leaves(&space.ray_from(&vertex.start, light));
         if free { value } else { Vec3::ZERO }

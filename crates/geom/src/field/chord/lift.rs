@@ -17,10 +17,15 @@ pub(super) fn lift(field: &CurvatureField<'_>, point: SurfacePoint) -> f64 {
 /// The same where a side is crossed.
 pub(super) fn lift_on_side(field: &CurvatureField<'_>, [one, two]: &[SideEnd; 2]) -> f64 {
     let weight = one.weight * two.weight;
-    if weight == 0.0 {
-        return 0.0;
+    let edge = two.position - one.position;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for bend in [field.bend(one.vertex), field.bend(two.vertex)] {
+        if bend.is_known {
+            sum += bend.form(&edge);
+            count += 1.0;
+        }
     }
-    0.5 * weight * bend_along(field, [one.vertex, two.vertex], two.position - one.position)
+    if count > 0.0 { 0.5 * weight * sum / (count * field.bend_scale()) } else { 0.0 }
 }
 
 /// The second fundamental form along a side of a triangle: the mean of those corners that have an estimate.
@@ -28,10 +33,7 @@ fn bend(field: &CurvatureField<'_>, triangle: usize, side: usize) -> f64 {
     let corners = field.surface().triangles()[triangle];
     let (a, b) = (corners[side], corners[(side + 1) % 3]);
     let positions = field.surface().positions();
-    bend_along(field, [a, b], positions[b as usize] - positions[a as usize])
-}
-
-fn bend_along(field: &CurvatureField<'_>, [a, b]: [u32; 2], edge: Vec3) -> f64 {
+    let edge = positions[b as usize] - positions[a as usize];
     let (mut sum, mut count) = (0.0, 0.0);
     for principal in [a, b].into_iter().filter_map(|v| field.principal(v)) {
         let (x1, x2) = (principal.d1.dot(&edge), principal.d2.dot(&edge));

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::super::chord::{PACE, chord};
+use super::super::start::Start;
 use super::*;
 use crate::curvature::{Principal, Status, VertexCurvature};
 use crate::shapes::Ends;
@@ -235,5 +237,43 @@ fn chord_of_the_estimate_comes_close_too() {
     for query in spread_queries(&field, 500, DEEP) {
         let found = chord_at(&field, query.point, query.w, DEEP);
         assert!((found.kappa - 1.0).abs() < 0.01, "{found:?}");
+    }
+}
+
+/// The value below which so many in a hundred of them lie.
+fn quantile(mut values: Vec<f64>, percent: usize) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[(values.len() - 1) * percent / 100]
+}
+
+/// Looking at the section now and then, as the filter does, against looking at it in every triangle. Curvature counts against the
+/// depth: the silhouette moves by about the share of it in the depth. Spot's estimates change from triangle to triangle, more than
+/// any number of looks can know in between.
+#[test]
+fn looking_now_and_then_finds_what_looking_everywhere_does() {
+    let (torus, ball, cow) =
+        (shapes::torus_with_uv(MAJOR, MINOR, 240, 120), shapes::icosphere(1.0, 5), spot());
+    let fields =
+        [(exact(&torus, on_torus), 2e-3, 5e-3), (estimated(&ball), 3e-4, 0.0), (estimated(&cow), 0.03, 0.03)];
+    for (field, curvature_bound, uv_bound) in &fields {
+        for share in [0.02, 0.05] {
+            let depth = share * field.diagonal();
+            let (mut curvatures, mut rates, mut stops) = (Vec::new(), Vec::new(), 0);
+            for query in spread_queries(field, 3000, WalkLength::Shell { depth }) {
+                let start = Start::new(field, query.point, query.w).unwrap();
+                let [now, all] = [PACE, 0.0].map(|pace| chord(field, &start, query.length, pace));
+                stops += u32::from(now.stop != all.stop);
+                curvatures.push((now.kappa - all.kappa).abs() * depth);
+                let off = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) / b[0].hypot(b[1]);
+                rates.extend(now.uv_rate.zip(all.uv_rate).map(|(a, b)| off(a, b)));
+            }
+            assert!(stops <= 6, "{stops} of {} end otherwise", curvatures.len());
+            let [median, most] = [50, 99].map(|percent| quantile(curvatures.clone(), percent));
+            assert!(median < 0.05 * curvature_bound && most < *curvature_bound, "{share}: {median} {most}");
+            if !rates.is_empty() {
+                let most = quantile(rates, 99);
+                assert!(most < *uv_bound, "{share}: UV rates are off by {most}");
+            }
+        }
     }
 }

@@ -1,0 +1,227 @@
+//! [`StrideWalk`]: the walk of [`SectionWalk`], for those who look at the section now and then only.
+//!
+//! It takes the same decisions from the same numbers, so that it enters the same triangles, and remembers of each crossing what it takes
+//! to find UV on the way later. Positions are worked out where they are asked for.
+
+use super::section::{MAX_CROSSINGS, SectionWalk, SideEnd, Stop};
+use super::surface_field::CurvatureField;
+use crate::Vec3;
+
+/// An end of the crossed side.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    vertex: u32,
+    /// Above the section plane.
+    height: f64,
+    /// Of the foot on the ray.
+    t: f64,
+}
+
+/// Where a triangle was left.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Exit {
+    /// Distance of its foot along the ray.
+    pub t: f64,
+    triangle: u32,
+    side: u32,
+    /// From the side's first corner to its second.
+    share: f64,
+}
+
+/// A walk along a section on which a ray's feet are known.
+pub(super) struct StrideWalk<'a, 'f> {
+    field: &'a CurvatureField<'f>,
+    plane: [Vec3; 2],
+    ray: [Vec3; 2],
+    ends: [End; 2],
+    trail: Vec<Exit>,
+    /// UV displacement over the first piece.
+    first_uv: Option<[f64; 2]>,
+    start_triangle: usize,
+    is_closed: bool,
+}
+
+/// What it takes to go back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mark {
+    ends: [End; 2],
+    passed: usize,
+    is_closed: bool,
+}
+
+impl Mark {
+    /// Triangles left up to it.
+    pub fn passed(&self) -> usize {
+        self.passed
+    }
+}
+
+/// Crossings that most walks have at most.
+const USUAL: usize = 62;
+
+impl<'a, 'f> StrideWalk<'a, 'f> {
+    /// Goes on from the first piece of a walk; `ray` is where the ray starts, and its unit direction.
+    pub fn new(field: &'a CurvatureField<'f>, walk: &SectionWalk<'a, 'f>, ray: [Vec3; 2]) -> Self {
+        let (piece, section) = (walk.piece(), walk.section());
+        let foot = |p: &Vec3| ray[1].dot(&(p - ray[0]));
+        let end = |e: &SideEnd| End { vertex: e.vertex, height: e.height, t: foot(&e.position) };
+        let ends = [end(&walk.ends()[0]), end(&walk.ends()[1])];
+        let exit = piece.exit;
+        let share = walk.ends()[1].weight;
+        let index = crate::mesh::index_u32;
+        let (triangle, side) = (index(exit.point.triangle), index(exit.side));
+        let mut trail = Vec::with_capacity(USUAL);
+        trail.push(Exit { t: foot(&exit.position), triangle, side, share });
+        let (from, to) = (piece.from.barycentric, exit.point.barycentric);
+        let first_uv = field.corner_uvs(exit.point.triangle).map(|uvs| {
+            [0, 1].map(|axis: usize| (0..3).map(|k: usize| (to[k] - from[k]) * uvs[k][axis]).sum::<f64>())
+        });
+        let start_triangle = piece.from.triangle;
+        let plane = [section.origin, section.normal];
+        Self { field, plane, ray, ends, trail, first_uv, start_triangle, is_closed: false }
+    }
+
+    /// Goes on until the foot of the walk on the ray is so far ahead of where it is now, one triangle at least, or comes back. Where there
+    /// is no way on, the walk stays on its last triangle.
+    pub fn stride(&mut self, distance: f64) -> Result<(), Stop> {
+        let (topology, triangles) = (self.field.topology(), self.field.surface().triangles());
+        let positions = self.field.surface().positions();
+        let [origin, normal] = self.plane;
+        let [ray_origin, ray] = self.ray;
+        let mut at = *self.last();
+        let end = at.t + distance;
+        loop {
+            if self.is_closed {
+                return Err(Stop::Closed);
+            }
+            let Some((next, entered)) = topology.across(at.triangle as usize, at.side as usize) else {
+                let is_boundary = topology.is_boundary(at.triangle as usize, at.side as usize);
+                return Err(if is_boundary { Stop::Boundary } else { Stop::NonManifold });
+            };
+            if self.trail.len() == MAX_CROSSINGS as usize {
+                return Err(Stop::Budget);
+            }
+            let vertices = triangles[next];
+            let [b, c] = [(entered + 1) % 3, (entered + 2) % 3];
+            let [one, two] = self.ends;
+            let (first, second) = if one.vertex == vertices[entered] { (one, two) } else { (two, one) };
+            let p = positions[vertices[c] as usize];
+            let opposite =
+                End { vertex: vertices[c], height: normal.dot(&(p - origin)), t: ray.dot(&(p - ray_origin)) };
+            // The ends lie on different sides of the plane, the opposite corner with one of them.
+            let with_first = (opposite.height >= 0.0) == (first.height >= 0.0);
+            let (side, from, to) = if with_first { (b, second, opposite) } else { (c, opposite, first) };
+            // The heights differ in sign, so the share is in [0, 1] and the division is safe.
+            let share = from.height / (from.height - to.height);
+            let t = from.t + share * (to.t - from.t);
+            #[allow(clippy::cast_possible_truncation, reason = "triangles have 32-bit numbers")]
+            let exit = Exit { t, triangle: next as u32, side: side as u32, share };
+            let ends_here = t >= end || t <= at.t;
+            at = exit;
+            self.ends = [from, to];
+            self.trail.push(at);
+            self.is_closed = next == self.start_triangle;
+            if ends_here {
+                return Ok(());
+            }
+        }
+    }
+
+    fn last(&self) -> &Exit {
+        self.trail.last().expect("holds the first exit")
+    }
+
+    /// Triangles left so far, the first included.
+    pub fn passed(&self) -> usize {
+        self.trail.len()
+    }
+
+    /// Triangles entered after the first.
+    #[allow(clippy::cast_possible_truncation, reason = "at most MAX_CROSSINGS")]
+    pub fn crossings(&self) -> u32 {
+        self.trail.len() as u32 - 1
+    }
+
+    /// Where the walk is, and the ends of the side that it crosses there.
+    pub fn crossing(&self) -> (Vec3, [SideEnd; 2]) {
+        let share = self.last().share;
+        let position = |k: usize| self.field.surface().positions()[self.ends[k].vertex as usize];
+        let (p, q) = (position(0), position(1));
+        let end = |k: usize, position, weight| {
+            let End { vertex, height, .. } = self.ends[k];
+            SideEnd { vertex, position, height, weight }
+        };
+        (p + (q - p) * share, [end(0, p, 1.0 - share), end(1, q, share)])
+    }
+
+    /// To come back here.
+    pub fn mark(&self) -> Mark {
+        Mark { ends: self.ends, passed: self.trail.len(), is_closed: self.is_closed }
+    }
+
+    /// Comes back.
+    pub fn back_to(&mut self, mark: Mark) {
+        self.trail.truncate(mark.passed);
+        (self.ends, self.is_closed) = (mark.ends, mark.is_closed);
+    }
+
+    /// UV displacement over the first piece; `None` without UV.
+    pub fn first_uv(&self) -> Option<[f64; 2]> {
+        self.first_uv
+    }
+
+    /// UV displacement up to the first point of the walk whose foot on the ray is at distance `t`; `None` without UV.
+    ///
+    /// Triangle by triangle with the triangle's own UV, so that seams do not matter: UV that go on over a side cancel there.
+    pub fn uv_at(&self, t: f64) -> Option<[f64; 2]> {
+        let first_uv = self.first_uv?;
+        let next = self.trail.iter().position(|p| p.t >= t).unwrap_or(self.trail.len() - 1);
+        let share = |from: f64| {
+            let share = ((t - from) / (self.trail[next].t - from)).clamp(0.0, 1.0);
+            if share.is_nan() { 1.0 } else { share }
+        };
+        let Some(before) = next.checked_sub(1) else { return Some(first_uv.map(|d| d * share(0.0))) };
+        let mut sum = first_uv;
+        let mut add = |from: [f64; 2], to: [f64; 2], share: f64| {
+            for k in 0..2 {
+                sum[k] += share * (to[k] - from[k]);
+            }
+        };
+        // Since where the UV go on without a jump.
+        let mut since = self.exit_uv(0)?;
+        for k in 1..next {
+            if self.jumps(k - 1) {
+                add(since, self.exit_uv(k - 1)?, 1.0);
+                since = self.entry_uv(k)?;
+            }
+        }
+        add(since, self.exit_uv(before)?, 1.0);
+        add(self.entry_uv(next)?, self.exit_uv(next)?, share(self.trail[before].t));
+        Some(sum)
+    }
+
+    fn jumps(&self, k: usize) -> bool {
+        let Exit { triangle, side, .. } = self.trail[k];
+        self.field.uv_jumps(triangle as usize, side as usize)
+    }
+
+    /// UV where a triangle is left, by its own corners.
+    fn exit_uv(&self, k: usize) -> Option<[f64; 2]> {
+        let Exit { triangle, side, share, .. } = self.trail[k];
+        let uvs = self.field.corner_uvs(triangle as usize)?;
+        let (a, b) = (uvs[side as usize], uvs[(side as usize + 1) % 3]);
+        Some([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])))
+    }
+
+    /// UV where a triangle after the first is entered, by its own corners.
+    fn entry_uv(&self, k: usize) -> Option<[f64; 2]> {
+        let Exit { triangle, side, share, .. } = self.trail[k - 1];
+        let (left, side) = (triangle as usize, side as usize);
+        let (entered, e) = self.field.topology().across(left, side)?;
+        let triangles = self.field.surface().triangles();
+        let uvs = self.field.corner_uvs(entered)?;
+        let (a, b) = (uvs[e], uvs[(e + 1) % 3]);
+        let share = if triangles[entered][e] == triangles[left][side] { share } else { 1.0 - share };
+        Some([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])))
+    }
+}
