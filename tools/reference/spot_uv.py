@@ -43,10 +43,10 @@ def atlas(V, F):
     return uv * (size / size.max()), corners, atlas.chart_count
 
 
-def write_obj(path, V, F, uv, corners):
+def write_obj(path, V, F, uv, corners, comment):
     """Writes v, vt and f lines; positions in full, texture coordinates to 1e-6."""
     with open(path, "w", encoding="ascii", newline="\n") as out:
-        out.write("# Spot by Keenan Crane, public domain; texture coordinates by xatlas\n")
+        out.write(f"# {comment}\n")
         out.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in V.tolist())
         out.writelines(f"vt {u:.6f} {v:.6f}\n" for u, v in uv.tolist())
         for face, texture in zip(F + 1, corners + 1):
@@ -83,7 +83,8 @@ def main():
     args = parser.parse_args()
     V, F = igl.read_triangle_mesh(str(args.mesh))
     uv, corners, charts = atlas(V, F)
-    write_obj(args.output, V, F, uv, corners)
+    comment = "Spot by Keenan Crane, public domain; texture coordinates by xatlas"
+    write_obj(args.output, V, F, uv, corners, comment)
     area, sigma = stretch(V, F, uv, corners)
     print(
         f"{charts} charts, {len(uv)} texture vertices for {len(V)} vertices, "

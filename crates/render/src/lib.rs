@@ -42,6 +42,7 @@
 
 pub mod aov;
 mod camera;
+mod canvas;
 mod counters;
 mod curvature;
 mod demand;
@@ -64,6 +65,7 @@ mod sampler;
 pub mod scene;
 mod schedule;
 mod shading;
+pub mod sheet;
 mod silhouette;
 mod texture;
 mod tone;

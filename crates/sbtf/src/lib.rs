@@ -28,6 +28,7 @@
 //! | [`random`] | numbers that depend on seed and place only |
 //! | [`patch`] | microstructures on cylinders, transport in them, and the samples that training wants |
 //! | [`oracle`] | exact answers to queries, by tracing |
+//! | [`photographs`] | pictures under known lights, as a measurement takes them |
 //! | [`march`] | height fields without a network: a fixed number of steps |
 //! | [`model`] | architectures and parameters of the networks; what a model answers |
 //! | [`train`] | from samples to a model |
@@ -48,6 +49,7 @@ pub mod micro;
 pub mod model;
 pub mod oracle;
 pub mod patch;
+pub mod photographs;
 pub mod query;
 pub mod random;
 pub mod samples;

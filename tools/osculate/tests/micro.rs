@@ -48,6 +48,23 @@ fn a_procedural_material_is_shown_and_its_maps_come_back() {
     assert!((slope(&report) - slope(&again)).abs() < 0.05);
 }
 
+/// The whole way of a measured material, short of the training.
+#[test]
+fn photographs_of_a_material_become_a_material() {
+    let w = Workspace::new();
+    let taken = w.ok("micro leather --photographs photos --size 24").stdout;
+    assert!(taken.contains("12 photographs"), "{taken}");
+    let read = w.ok("micro --measured photos -o again.toml --json measured.json").stdout;
+    assert!(read.contains("from 12 images"), "{read}");
+    w.ok("micro again.toml --json again.json");
+    w.ok("micro leather --json leather.json");
+    let depth = |name: &str| w.json(name)["micro"]["depth"].as_f64().unwrap();
+    // Half of the grain is finer than these texels, which take it for roughness.
+    let ratio = depth("again.json") / depth("leather.json");
+    assert!((0.6..1.2).contains(&ratio), "{ratio}");
+    w.refuses("micro basket-weave --photographs other", &["basket-weave", "no height field"]);
+}
+
 #[test]
 fn maps_of_any_size_are_taken() {
     let w = Workspace::new();

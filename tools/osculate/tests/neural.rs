@@ -167,4 +167,8 @@ fn what_does_not_fit_is_one_message() {
     assert!(usage.code == 2 && usage.stderr.contains("--scenes"), "{usage:?}");
     let usage = w.run("eval bad.sbtf --scenes torus --frames 2");
     assert!(usage.code == 2 && usage.stderr.contains("flicker is of 3 to 1000 frames"), "{usage:?}");
+    let usage = w.run("eval bad.sbtf --scenes torus --frames 3 --turn 1,0");
+    assert!(usage.code == 2 && usage.stderr.contains("two numbers of degrees"), "{usage:?}");
+    let usage = w.run("train shell -o a.sbtf --width 3");
+    assert!(usage.code == 2 && usage.stderr.contains("4..=128"), "{usage:?}");
 }

@@ -152,3 +152,37 @@ fn peers_measured_in_the_run_are_in_table_and_plots() {
         "{list}"
     );
 }
+
+/// The model stands beside itself as if it were another network: the same questions with the same noise have the same answers.
+#[test]
+fn a_quick_study_of_renderings_tells_bias_from_noise() {
+    let w = Workspace::new();
+    let stone = common::repository("assets/materials/stone-1.sbtf");
+    let run = format!("study render {} -o out --quick", stone.display());
+    w.ok(&format!("{run} --also {} --json report.json", stone.display()));
+    let report = w.json("report.json");
+    assert_eq!(report["schema"], "osculate.study.render/2");
+    let rows = report["rows"].as_array().unwrap();
+    let number = |form: &str, knob: &str, spp: u64, field: &str| {
+        let found = rows.iter().find(|r| r["form"] == form && r["knob"] == knob && r["spp"] == spp);
+        found.unwrap_or_else(|| panic!("{form} {knob} {spp}"))[field].as_f64().unwrap()
+    };
+    for field in ["error", "bias", "flip", "bytes"] {
+        assert_eq!(number("neural", "chord", 4, field), number("network", "stone-1", 4, field), "{field}");
+    }
+    // A flat mesh is wrong whatever its noise; the reference's own triangles are noisy and right, as far as two runs of 4 samples tell:
+    // to the root of the noise's square over the root of 1728 numbers, a sixth of the noise.
+    let (flat, finest) = (number("flat", "", 4, "bias"), number("displaced", "0.1 depths", 4, "bias"));
+    let neural = number("neural", "chord", 4, "bias");
+    assert!(finest < 0.5 * flat && neural < 0.7 * flat, "{finest} {neural} {flat}");
+    let noise = |spp| number("displaced", "0.1 depths", spp, "error");
+    assert!(noise(4) < 0.8 * noise(1) && noise(4) > 2.0 * finest, "{} {} {finest}", noise(1), noise(4));
+    assert_eq!(report["networks"].as_array().unwrap().len(), 2);
+    assert_eq!(report["networks"][1]["hidden"], serde_json::json!([24, 3]));
+    let page = String::from_utf8(w.read("out/index.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("Size of the networks") && !page.contains("<script"));
+    assert_eq!(String::from_utf8(w.read("out/render.csv")).unwrap().lines().count(), rows.len() + 1);
+    let shell = common::repository("assets/materials/shell.sbtf");
+    let refused = format!("study render {} -o other --quick --also {}", stone.display(), shell.display());
+    w.refuses(&refused, &["shell.sbtf", "another microstructure"]);
+}

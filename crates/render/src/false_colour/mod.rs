@@ -16,6 +16,7 @@ pub use axis::{Axis, AxisScale};
 pub use colour_map::ColourMap;
 
 use crate::camera::Camera;
+use crate::canvas::{Canvas, PAPER};
 use crate::curvature::{ObjectPoint, vertex_curvatures};
 use crate::prepared::{Prepared, SceneError};
 use crate::scene::{MeshInstance, PreviewOptions, Role, Scene};
@@ -172,15 +173,7 @@ pub fn false_colour(
     assert_eq!(values.len(), mesh.positions().len(), "one value per vertex");
     let preview = PreviewOptions { size: options.size, ..PreviewOptions::default() };
     let scene = subjects(&Scene::preview(vec![MeshInstance::new(Arc::clone(mesh))], &preview));
-    let finite = || values.iter().copied().filter(|v| v.is_finite());
-    let axis = options.axis.unwrap_or_else(|| match (options.map, options.scale) {
-        (ColourMap::Diverging, _) => Axis::symmetric(finite(), COVERED),
-        (ColourMap::Sequential, AxisScale::Linear) => Axis::from_zero(finite(), COVERED),
-        (ColourMap::Sequential, AxisScale::Logarithmic) => Axis::decades(finite(), COVERED),
-    });
-    let shows_undetermined = values.iter().any(|v| v.is_nan());
-    let legend =
-        Legend { title: &options.title, unit: &options.unit, map: options.map, axis, shows_undetermined };
+    let legend = options.legend(values);
     draw(&scene, &legend, |point, _, _| point.interpolate(values))
 }
 
@@ -200,19 +193,48 @@ fn draw(
 ) -> Result<Picture, SceneError> {
     let prepared = Prepared::new(scene)?;
     let painter = Painter { scene, prepared: &prepared, legend, value };
-    let width = scene.width + legend::panel_width(scene.height, legend);
-    let row = |y: u32| {
-        let mut row = vec![255; 3 * width as usize];
-        for x in 0..scene.width {
-            let at = 3 * x as usize;
-            row[at..at + 3].copy_from_slice(&legend::encoded(painter.pixel(x, y).to_array()));
-        }
-        row
+    let row = |y: u32| -> Vec<u8> {
+        (0..scene.width).flat_map(|x| legend::encoded(painter.pixel(x, y).to_array())).collect()
     };
     let rows: Vec<Vec<u8>> = (0..scene.height).into_par_iter().map(row).collect();
-    let mut rgb: Vec<u8> = rows.concat();
-    legend::draw(&mut rgb, width, scene.height, scene.width, legend);
-    Ok(Picture { width, height: scene.height, rgb })
+    let drawn = Picture { width: scene.width, height: scene.height, rgb: rows.concat() };
+    let panel = legend::panel(scene.height, legend);
+    let mut canvas = Canvas::new(drawn.width + panel.width, drawn.height, 1);
+    canvas.paste(&drawn, [0, 0]);
+    canvas.paste(&panel, [drawn.width, 0]);
+    Ok(canvas.into_picture())
+}
+
+/// Draws a plane of numbers, row by row from the top, a pixel each; and the panel for it, as high. NaN is drawn as undetermined. Of the
+/// options the size is not used.
+///
+/// # Panics
+///
+/// If the values are no whole rows of `width`.
+#[must_use]
+pub fn plane(values: &[f32], width: u32, options: &FalseColourOptions) -> [Picture; 2] {
+    assert!(width > 0 && values.len().is_multiple_of(width as usize), "whole rows of values");
+    let legend = options.legend(values);
+    let colour = |v: f32| {
+        let known = (!v.is_nan()).then(|| legend.map.colour(legend.axis.position(v)));
+        known.map_or(legend::UNDETERMINED, |colour| legend::encoded(colour.to_array()))
+    };
+    let height = u32::try_from(values.len() / width as usize).expect("a picture of less than 2^32 rows");
+    let drawn = Picture { width, height, rgb: values.iter().flat_map(|v| colour(*v)).collect() };
+    [drawn, legend::panel(height, &legend)]
+}
+
+impl FalseColourOptions {
+    fn legend(&self, values: &[f32]) -> Legend<'_> {
+        let finite = || values.iter().copied().filter(|v| v.is_finite());
+        let axis = self.axis.unwrap_or_else(|| match (self.map, self.scale) {
+            (ColourMap::Diverging, _) => Axis::symmetric(finite(), COVERED),
+            (ColourMap::Sequential, AxisScale::Linear) => Axis::from_zero(finite(), COVERED),
+            (ColourMap::Sequential, AxisScale::Logarithmic) => Axis::decades(finite(), COVERED),
+        });
+        let shows_undetermined = values.iter().any(|v| v.is_nan());
+        Legend { title: &self.title, unit: &self.unit, map: self.map, axis, shows_undetermined }
+    }
 }
 
 struct Painter<'a, F> {
@@ -242,7 +264,7 @@ impl<F: Fn(&ObjectPoint<'_>, Vec3, Vec3) -> Option<f32>> Painter<'_, F> {
         let Some((hit, (object, triangle))) =
             hit.and_then(|h| Some((h, self.prepared.object_of(h.triangle)?)))
         else {
-            return linear(legend::BACKGROUND);
+            return linear(PAPER);
         };
         let wo = -ray.direction;
         let point = ShadingPoint::new(self.prepared, &hit, wo);
@@ -265,4 +287,30 @@ fn form_shading(normal: Vec3, wo: Vec3) -> f32 {
 
 fn linear(srgb: [u8; 3]) -> Vec3 {
     Vec3::from(srgb.map(|c| linear_from_srgb(f32::from(c) / 255.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_has_the_colours_of_its_panel() {
+        let axis = Axis { lower: -1.0, upper: 1.0, scale: AxisScale::Linear };
+        let options = FalseColourOptions { axis: Some(axis), ..FalseColourOptions::default() };
+        let values: Vec<f32> =
+            (0_u8..200).flat_map(|y| [f32::from(y) / 100.0 - 1.0, f32::NAN, 9.0]).collect();
+        let [drawn, panel] = plane(&values, 3, &options);
+        assert_eq!((drawn.width, drawn.height, panel.height), (3, 200, 200));
+        let at = |p: &Picture, x: u32, y: u32| -> [u8; 3] {
+            let at = 3 * (y * p.width + x) as usize;
+            p.rgb[at..at + 3].try_into().unwrap()
+        };
+        assert_eq!(at(&drawn, 1, 5), legend::UNDETERMINED);
+        assert_eq!(at(&drawn, 2, 5), at(&drawn, 2, 190), "beyond the axis is its end");
+        // White at 0, half-way up the bar too.
+        assert_eq!(at(&drawn, 0, 100), [247, 246, 244]);
+        // The bar's middle row is as near to 0 as rows of pixels allow.
+        let off = |y: u32| at(&panel, 10, y).iter().zip(at(&drawn, 0, 100)).map(|(a, b)| a.abs_diff(b)).max();
+        assert!((0..200).any(|y| off(y).unwrap() <= 3), "no white in the bar");
+    }
 }

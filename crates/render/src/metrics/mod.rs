@@ -8,7 +8,7 @@ mod flicker;
 mod flip;
 mod ssim;
 
-pub use flicker::flicker;
+pub use flicker::{Flicker, flicker};
 pub use flip::{FlipOptions, flip, flip_map};
 pub use ssim::ssim;
 

@@ -1,11 +1,11 @@
 //! `osculate eval --scenes`
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use osculate_render::Picture;
 use osculate_render::output::write_png;
 use osculate_render::scene::QueryForm;
 use osculate_sbtf::file::ModelFile;
@@ -19,8 +19,8 @@ use crate::cli::Outcome;
 use crate::commands::eval::microstructure_of;
 use crate::console::{Console, number};
 use crate::protocol::{
-    Entry, FlickerRow, PictureOptions, PictureScore, SilhouetteRow, Subject, flicker_rows, mask_strip, page,
-    pictures, print, silhouettes, strips,
+    Captioned, Entry, Exhibit, FlickerOptions, FlickerRow, PictureOptions, PictureScore, SilhouetteRow,
+    Subject, exhibit, flicker_rows, mask_strip, overview, page, pictures, print, sheets, silhouettes,
 };
 use crate::report::Reporter;
 use crate::study::run::{command_line, write_files};
@@ -44,6 +44,9 @@ pub struct SceneArgs {
     /// Also render N frames under a turning camera and N under a turning sun, and compare their flicker with the truth's
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = frames, requires = "scenes")]
     frames: u32,
+    /// Degrees from frame to frame, of the camera and of the sun
+    #[arg(long, value_name = "CAMERA,SUN", value_parser = turn, requires = "frames", default_value_t = Turn::default())]
+    turn: Turn,
     /// Where all random choices come from
     #[arg(long, value_name = "S", default_value_t = 0, requires = "scenes")]
     seed: u64,
@@ -57,11 +60,39 @@ fn frames(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| "flicker is of 3 to 1000 frames; 0 for none".to_owned())
 }
 
+/// Degrees from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Turn {
+    camera: f32,
+    sun: f32,
+}
+
+impl Default for Turn {
+    fn default() -> Self {
+        Self { camera: FlickerOptions::CAMERA_STEP, sun: FlickerOptions::SUN_STEP }
+    }
+}
+
+impl fmt::Display for Turn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.camera, self.sun)
+    }
+}
+
+fn turn(text: &str) -> Result<Turn, String> {
+    let degrees = |word: &str| word.trim().parse().ok().filter(|x: &f32| *x > 0.0 && *x <= 90.0);
+    let both = text.split_once(',').and_then(|(camera, sun)| Some((degrees(camera)?, degrees(sun)?)));
+    let (camera, sun) = both.ok_or("two numbers of degrees over 0 and at most 90, as in 1,12")?;
+    Ok(Turn { camera, sun })
+}
+
 /// One material on one mesh.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
     /// The model's file.
     model: String,
+    /// Its name without folder and extension, by which tables and pictures go.
+    pub name: String,
     /// Name of the microstructure.
     pub material: String,
     /// Its depth in tiles.
@@ -124,17 +155,19 @@ pub fn run(
     }
     let mut results = Vec::new();
     let mut shown = Vec::new();
+    let mut exhibits = Vec::new();
     for candidate in &candidates {
         let baseline = baseline_of(candidate, &baselines);
         for subject in &subjects {
-            let (result, pictures) = compare(args, spp, candidate, baseline, subject, console)?;
-            print(std::slice::from_ref(&result), console);
-            results.push(result);
-            shown.push(pictures);
+            let compared = compare(args, spp, candidate, baseline, subject, console)?;
+            print(std::slice::from_ref(&compared.result), console);
+            results.push(compared.result);
+            shown.push(compared.pictures);
+            exhibits.extend(compared.exhibit);
         }
     }
     let files = match &args.output {
-        Some(folder) => write(folder, &results, &shown)?,
+        Some(folder) => write(folder, &results, &exhibits, &shown)?,
         None => Vec::new(),
     };
     let over = require.filter(|bound| results.iter().any(|r| left(r) > *bound));
@@ -142,7 +175,7 @@ pub fn run(
         for result in results.iter().filter(|r| left(r) > bound) {
             console.result(format_args!(
                 "over the bound: {} on {}: {} of the base error is left, {bound} allowed",
-                result.material,
+                result.name,
                 result.scene,
                 number(left(result))
             ));
@@ -151,6 +184,12 @@ pub fn run(
     let output = args.output.as_ref().map(|path| path.display().to_string());
     reporter.write("eval_scenes", 1, &Report { output, files, samples: args.samples, results })?;
     Ok(if over.is_some() { Outcome::CheckFailed } else { Outcome::Done })
+}
+
+impl Candidate {
+    fn name(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
 }
 
 fn candidate(path: &Path, console: &Console) -> Result<Candidate> {
@@ -178,6 +217,13 @@ pub fn entry(file: &ModelFile) -> Entry {
     }
 }
 
+/// What came of a material on a mesh.
+struct Compared {
+    result: Comparison,
+    pictures: Vec<Captioned>,
+    exhibit: Option<Exhibit>,
+}
+
 fn compare(
     args: &SceneArgs,
     spp: u32,
@@ -185,7 +231,7 @@ fn compare(
     baseline: Option<&ModelFile>,
     subject: &Subject,
     console: &Console,
-) -> Result<(Comparison, Vec<(String, Picture)>)> {
+) -> Result<Compared> {
     let Candidate { file, micro, heights, path } = candidate;
     let model = entry(file);
     let oracle = Oracle::new(micro, OracleOptions { samples: 1, ..OracleOptions::default() });
@@ -206,7 +252,8 @@ fn compare(
         silhouettes(subject, (&truth, heights), &model, &oracle, args.samples, &mut tick)
     }
     .with_context(|| path.display().to_string())?;
-    let mut strips_of = Vec::new();
+    let mut pictures_of = Vec::new();
+    let mut on_show = None;
     let mut scores = Vec::new();
     let mut flicker = Vec::new();
     if spp > 0 {
@@ -215,19 +262,24 @@ fn compare(
         let beside = baseline.as_ref().map(|(entry, bytes)| (entry, *bytes));
         let shown =
             pictures(subject, (&truth, heights), (&model, file.model.bytes()), beside, &options, console)?;
-        strips_of = strips(subject, &shown, args.pixels as usize);
+        pictures_of = sheets(subject, &shown, &masks, args.pixels);
+        let on = if args.scenes.len() == 1 { String::new() } else { format!(", {}", subject.name) };
+        on_show = Some(exhibit(format!("{}{on}", candidate.name()), &shown, &masks, args.pixels));
         scores = shown.into_iter().map(|s| s.score).collect();
         if args.frames > 0 {
             let bar = console.steps(&format!("flicker of {} on {}", micro.name, subject.name), 1000);
             let mut tick = |share| bar.set_share(share);
             let beside = baseline.as_ref().map(|(entry, _)| entry);
-            flicker = flicker_rows(subject, &truth, &model, beside, args.frames, &options, &mut tick)?;
+            let Turn { camera: camera_step, sun: sun_step } = args.turn;
+            let motions = FlickerOptions { frames: args.frames, camera_step, sun_step };
+            flicker = flicker_rows(subject, &truth, &model, beside, (&motions, &options), &mut tick)?;
         }
     }
-    strips_of.extend(mask_strip(&masks));
+    pictures_of.extend(mask_strip(&masks));
     let split = split(&masks.rows)?;
     let result = Comparison {
         model: path.display().to_string(),
+        name: candidate.name(),
         material: micro.name.clone(),
         depth: heights.depth(),
         scene: subject.name.clone(),
@@ -236,7 +288,7 @@ fn compare(
         pictures: scores,
         flicker,
     };
-    Ok((result, strips_of))
+    Ok(Compared { result, pictures: pictures_of, exhibit: on_show })
 }
 
 /// Of the default query.
@@ -260,17 +312,25 @@ fn left(result: &Comparison) -> f64 {
     form + curvature.unwrap_or(0.0) + fit
 }
 
-fn write(folder: &Path, results: &[Comparison], shown: &[Vec<(String, Picture)>]) -> Result<Vec<String>> {
+fn write(
+    folder: &Path,
+    results: &[Comparison],
+    exhibits: &[Exhibit],
+    shown: &[Vec<Captioned>],
+) -> Result<Vec<String>> {
+    let overview = overview(exhibits);
+    let named = overview.iter().map(|o| ("overview.png".to_owned(), o));
+    let of_results = results.iter().zip(shown).flat_map(|(result, pictures)| {
+        let name = move |index| format!("{}-{}-{}-{index}.png", result.name, result.depth, result.scene);
+        pictures.iter().enumerate().map(move |(index, picture)| (name(index), picture))
+    });
     let mut files = Vec::new();
-    for (result, strips) in results.iter().zip(shown) {
-        for (index, (_, picture)) in strips.iter().enumerate() {
-            let name = format!("{}-{}-{}-{index}.png", result.material, result.depth, result.scene);
-            let path = folder.join(&name);
-            write_png(&path, picture).with_context(|| path.display().to_string())?;
-            files.push(name);
-        }
+    for (name, (_, picture)) in named.chain(of_results) {
+        let path = folder.join(&name);
+        write_png(&path, picture).with_context(|| path.display().to_string())?;
+        files.push(name);
     }
-    let page = page(results, shown, &command_line())?;
+    let page = page(results, overview.as_ref(), shown, &command_line())?;
     files.extend(write_files(folder, vec![("index.html".to_owned(), page)])?);
     Ok(files)
 }

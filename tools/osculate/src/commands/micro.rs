@@ -10,6 +10,7 @@ use osculate_sbtf::micro::import::{save_maps, save_spec};
 use osculate_sbtf::micro::measured::measure;
 use osculate_sbtf::micro::preview::{PreviewOptions, preview};
 use osculate_sbtf::micro::{BUILTINS, Geometry, HeightField, MicroReport, Microstructure, SeamReport};
+use osculate_sbtf::photographs::{PhotographOptions, photographs, save_photographs};
 use serde::Serialize;
 
 use crate::cli::Outcome;
@@ -25,6 +26,7 @@ Examples:
   osculate micro stone-1 -o stone.png               a picture of two by two tiles
   osculate micro mine.toml --json - | jq .micro.field.seam
   osculate micro cave --maps maps                   height, albedo, roughness and metalness as PNG
+  osculate micro cave --photographs photos          as a camera above it sees it under twelve lights
   osculate micro --measured photos -o mine.toml     from photographs under known lights")]
 pub struct MicroArgs {
     /// A procedural material or a .toml file
@@ -48,6 +50,10 @@ pub struct MicroArgs {
     /// Write the maps of a height field into DIR, which is made if need be, with a material.toml
     #[arg(long, value_name = "DIR", conflicts_with = "list")]
     maps: Option<PathBuf>,
+    /// Render a height field from above under twelve lights, --size texels a side, into DIR, which is made if need be, with a lights.toml:
+    /// what --measured reads
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["list", "measured"])]
+    photographs: Option<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -96,7 +102,7 @@ pub fn run(args: &MicroArgs, console: &Console, reporter: &Reporter) -> Result<O
     for warning in &loaded.warnings {
         console.warn(warning);
     }
-    if args.maps.is_some() {
+    if args.maps.is_some() || args.photographs.is_some() {
         // Before anything is printed.
         height_field(&loaded.micro)?;
     }
@@ -136,10 +142,12 @@ fn check_output(args: &MicroArgs) -> Result<()> {
             (_, Some(_)) => bail!("{}: is neither a .toml nor a .png", path.display()),
         }
     }
-    match &args.maps {
-        Some(maps) if maps.exists() && !maps.is_dir() => bail!("{}: is no directory", maps.display()),
-        _ => Ok(()),
+    for directory in [&args.maps, &args.photographs].into_iter().flatten() {
+        if directory.exists() && !directory.is_dir() {
+            bail!("{}: is no directory", directory.display());
+        }
     }
+    Ok(())
 }
 
 fn load(args: &MicroArgs, console: &Console) -> Result<Loaded> {
@@ -234,6 +242,20 @@ fn write(args: &MicroArgs, micro: &Microstructure, console: &Console) -> Result<
             .with_context(|| directory.display().to_string())?;
         console.result(format_args!("  {}: maps and material.toml", directory.display()));
     }
+    if let Some(directory) = &args.photographs {
+        let options = PhotographOptions { size: args.size.into(), ..PhotographOptions::default() };
+        let images = {
+            let _step = console.step("taking photographs");
+            photographs(height_field(micro)?, &options)
+        };
+        std::fs::create_dir_all(directory).with_context(|| directory.display().to_string())?;
+        save_photographs(&images, &options, directory).with_context(|| directory.display().to_string())?;
+        console.result(format_args!(
+            "  {}: {} photographs and lights.toml",
+            directory.display(),
+            images.len()
+        ));
+    }
     Ok(())
 }
 
@@ -249,6 +271,8 @@ fn write_material(micro: &Microstructure, path: &Path) -> Result<()> {
 fn height_field(micro: &Microstructure) -> Result<&HeightField> {
     match &micro.geometry {
         Geometry::HeightField(field) => Ok(field),
-        Geometry::TileMesh(_) => bail!("{}: is a mesh and has no maps; leave --maps out", micro.name),
+        Geometry::TileMesh(_) => {
+            bail!("{}: is a mesh and no height field; leave --maps and --photographs out", micro.name)
+        }
     }
 }

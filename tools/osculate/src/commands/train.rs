@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use osculate_sbtf::file::{MicrostructureSource, ModelFile, Provenance};
-use osculate_sbtf::infer::{ExportLoss, Material, Precision, StoredModel};
+use osculate_sbtf::infer::{ExportLoss, MOST_WIDTH, Material, Precision, StoredModel};
 use osculate_sbtf::micro::{Geometry, Microstructure};
 use osculate_sbtf::model::{Architecture, CurvatureInput, Model, OpacityHead};
 use osculate_sbtf::patch::{DatasetOptions, PatchDataset};
@@ -57,6 +57,9 @@ pub struct TrainArgs {
     /// Texels of the feature textures along each side
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(8..=4096))]
     texture: Option<u16>,
+    /// Neurons of a hidden layer, instead of the form's own 24 (32 for see-through materials)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(4..=MOST_WIDTH as i64))]
+    width: Option<u16>,
     /// Where all random choices come from
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
@@ -258,6 +261,9 @@ fn architecture(args: &TrainArgs, micro: &Microstructure) -> Result<Architecture
         for shape in [&mut form.opacity_texture, &mut form.offset_texture, &mut form.colour_texture] {
             (shape.width, shape.height) = (texels.into(), texels.into());
         }
+    }
+    if let Some(width) = args.width {
+        form.width = width.into();
     }
     Ok(form)
 }

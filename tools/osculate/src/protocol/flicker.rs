@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use glam::Vec3;
-use osculate_render::metrics::flicker;
+use osculate_render::metrics::{Flicker, flicker};
 use osculate_render::{Frame, RenderOptions, StopRule, render_frames};
 use osculate_sbtf::brdf::luminance;
 use serde::Serialize;
@@ -11,11 +11,24 @@ use super::pictures::PictureOptions;
 use super::subject::{Entry, Form, Subject, Truth};
 use osculate_render::scene::QueryForm;
 
-/// Turn of the camera from one frame to the next, degrees: about a pixel at the default size.
-const CAMERA_STEP: f32 = 1.0;
+/// Frames of each motion, and how far things move from one to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlickerOptions {
+    /// Of each motion, at least three.
+    pub frames: u32,
+    /// Turn of the camera, degrees.
+    pub camera_step: f32,
+    /// Turn of the sun, degrees.
+    pub sun_step: f32,
+}
 
-/// Turn of the sun from one frame to the next, degrees.
-const LIGHT_STEP: f32 = 4.0;
+impl FlickerOptions {
+    /// The camera's step moves the surface by about a pixel at the default size. The sun's has to be larger: shading changes by
+    /// its square, noise does not.
+    pub const CAMERA_STEP: f32 = 1.0;
+    /// See [`Self::CAMERA_STEP`].
+    pub const SUN_STEP: f32 = 12.0;
+}
 
 /// What moves, one thing at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -32,72 +45,99 @@ pub enum Motion {
 pub struct FlickerRow {
     /// What moves.
     pub motion: Motion,
+    /// Degrees from one frame to the next.
+    pub step: f32,
     /// `displaced`, `neural` or `neumip`.
     pub form: &'static str,
     /// Root mean square of the second difference of luminance over time; see [`flicker`].
     pub flicker: f64,
-    /// Over the truth's.
-    pub ratio: f64,
+    /// What noise does to it, one standard deviation.
+    pub error: f64,
+    /// Over the truth's; absent where noise drowns the truth's.
+    pub ratio: Option<f64>,
+    /// One standard deviation of the ratio.
+    pub ratio_error: Option<f64>,
 }
 
-/// Renders `frames` frames of the truth and the forms beside it, from the camera at 35 degrees, each twice with other noise.
+/// Renders frames of the truth and the forms beside it, from the camera at 35 degrees, each twice with other noise.
 pub fn flicker_rows(
     subject: &Subject,
     truth: &Truth,
     model: &Entry,
     baseline: Option<&Entry>,
-    frames: u32,
-    options: &PictureOptions,
+    (options, of_pictures): (&FlickerOptions, &PictureOptions),
     tick: &mut dyn FnMut(f64),
 ) -> Result<Vec<FlickerRow>> {
     let asked = Form::Asked { entry: model.clone(), query: QueryForm::default(), exact_curvature: false };
     let mut forms = vec![("displaced", Form::Displaced(truth)), ("neural", asked)];
     forms.extend(baseline.map(|entry| ("neumip", Form::Blind(entry.clone()))));
-    let motions = [Motion::Camera, Motion::Light];
-    let total = f64::from(frames) * (motions.len() * forms.len() * 2) as f64;
     let mut done = 0.0;
     let mut by_form = Vec::new();
     for (name, form) in &forms {
-        let scene = subject.scene(form, options.pixels)?.0;
-        let settings = RenderOptions { stop: StopRule::Samples(options.spp), ..RenderOptions::default() };
-        let seeds = [options.seed, options.seed.wrapping_add(1)];
-        let sequence =
-            |motion| seeds.map(|seed| (0..frames).map(move |t| (motion, t, seed))).into_iter().flatten();
-        let all: Vec<Frame> =
-            motions.into_iter().flat_map(sequence).map(|(m, t, s)| frame(subject, m, t, s)).collect();
-        let made = render_frames(&scene, &all, &settings, &mut || {
-            done += 1.0;
-            tick(done / total);
-        })?;
-        let seen: Vec<Vec<f32>> =
-            made.iter().map(|r| r.film.radiance().into_iter().map(luminance).collect()).collect();
-        let found: Vec<f64> = seen
-            .chunks(2 * frames as usize)
-            .map(|twice| twice.split_at(frames as usize))
-            .map(|(a, b)| flicker(a, b))
-            .collect::<Option<_>>()
-            .context("at least three frames")?;
+        let share = 1.0 / forms.len() as f64;
+        let found = both_motions(subject, form, options, of_pictures, &mut |part| tick(done + share * part))?;
+        done += share;
         by_form.push((*name, found));
     }
-    let truth = by_form[0].1.clone();
-    let rows = by_form.iter().flat_map(|(form, found)| {
-        let truth = truth.clone();
-        motions.into_iter().enumerate().map(move |(i, motion)| FlickerRow {
-            motion,
-            form,
-            flicker: found[i],
-            ratio: found[i] / truth[i],
-        })
+    let truth = by_form[0].1;
+    let rows = by_form.into_iter().flat_map(|(form, found)| {
+        [(Motion::Camera, options.camera_step), (Motion::Light, options.sun_step)]
+            .into_iter()
+            .enumerate()
+            .map(move |(i, (motion, step))| {
+                let ratio = found[i].ratio_to(truth[i]);
+                let ratio = ratio.map(|both| if form == "displaced" { (1.0, 0.0) } else { both });
+                FlickerRow {
+                    motion,
+                    step,
+                    form,
+                    flicker: found[i].value(),
+                    error: found[i].error(),
+                    ratio: ratio.map(|r| r.0),
+                    ratio_error: ratio.map(|r| r.1),
+                }
+            })
     });
     Ok(rows.collect())
 }
 
-fn frame(subject: &Subject, motion: Motion, index: u32, seed: u64) -> Frame {
-    let steps = index as f32;
-    let camera =
-        subject.camera_turned(if motion == Motion::Camera { steps * CAMERA_STEP.to_radians() } else { 0.0 });
-    let light_turn = if motion == Motion::Light { steps * LIGHT_STEP.to_radians() } else { 0.0 };
-    Frame { camera, light_turn, seed }
+/// Flicker of one form under the turning camera, and under the turning sun.
+fn both_motions(
+    subject: &Subject,
+    form: &Form<'_>,
+    options: &FlickerOptions,
+    of_pictures: &PictureOptions,
+    tick: &mut dyn FnMut(f64),
+) -> Result<[Flicker; 2]> {
+    let scene = subject.scene(form, of_pictures.pixels)?.0;
+    let settings = RenderOptions { stop: StopRule::Samples(of_pictures.spp), ..RenderOptions::default() };
+    let seeds = [of_pictures.seed, of_pictures.seed.wrapping_add(1)];
+    let mut done = 0.0;
+    let mut of = |motion: Motion| -> Result<Flicker> {
+        let [a, b] = seeds.map(|seed| {
+            let frames: Vec<Frame> =
+                (0..options.frames).map(|t| frame(subject, motion, t, options, seed)).collect();
+            let made = render_frames(&scene, &frames, &settings, &mut || {
+                done += 1.0;
+                tick(done / (4.0 * f64::from(options.frames)));
+            })?;
+            let luminances = |r: osculate_render::Rendering| -> Vec<f32> {
+                r.film.radiance().into_iter().map(luminance).collect()
+            };
+            anyhow::Ok(made.into_iter().map(luminances).collect::<Vec<_>>())
+        });
+        flicker(&a?, &b?).context("at least three frames")
+    };
+    Ok([of(Motion::Camera)?, of(Motion::Light)?])
+}
+
+fn frame(subject: &Subject, motion: Motion, index: u32, options: &FlickerOptions, seed: u64) -> Frame {
+    let turned = |step: f32| index as f32 * step.to_radians();
+    let (camera_turn, light_turn) = match motion {
+        Motion::Camera => (turned(options.camera_step), 0.0),
+        Motion::Light => (0.0, turned(options.sun_step)),
+    };
+    Frame { camera: subject.camera_turned(camera_turn), light_turn, seed }
 }
 
 /// Direction from the subject to a camera at this elevation and turn about +Y, radians.

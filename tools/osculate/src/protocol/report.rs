@@ -3,27 +3,21 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use glam::Vec3;
 use osculate_render::output::png_bytes;
 use osculate_render::scene::QueryForm;
-use osculate_render::{Mask, Picture, picture};
 
-use super::flicker::Motion;
-use super::pictures::Shown;
-use super::silhouettes::{MaskSet, SilhouetteRow};
-use super::subject::Subject;
+use super::figures::Captioned;
+use super::flicker::{FlickerRow, Motion};
+use super::silhouettes::SilhouetteRow;
 use crate::commands::eval_scenes::{Comparison, Split};
 use crate::console::Console;
 use crate::study::page::{Block, Page, Section, Table};
 use crate::study::run::processor;
 
-/// Pixels between pictures.
-const GAP: usize = 6;
-
 /// Prints the tables.
 pub fn print(results: &[Comparison], console: &Console) {
     for result in results {
-        console.result(format_args!("{} on {}, depth {}", result.material, result.scene, result.depth));
+        console.result(format_args!("{} on {}, depth {}", result.name, result.scene, result.depth));
         console.result(
             "  form    query  curvature    IoU      band     left     10      35      60 deg   seconds",
         );
@@ -60,11 +54,11 @@ pub fn print(results: &[Comparison], console: &Console) {
         }
         for row in &result.flicker {
             console.result(format_args!(
-                "  flicker, turning {:<6}  {:<10} {:.5}, {:.3} of the truth's",
+                "  flicker, turning {:<6}  {:<10} {}, {} of the truth's",
                 motion_name(row.motion),
                 row.form,
-                row.flicker,
-                row.ratio
+                plus_minus(row.flicker, row.error, 5),
+                ratio_words(row)
             ));
         }
     }
@@ -76,6 +70,17 @@ fn split_words(split: &Split) -> String {
         let _ = write!(words, ", curvature {curvature:+.3}");
     }
     words
+}
+
+fn plus_minus(value: f64, error: f64, digits: usize) -> String {
+    format!("{value:.digits$} ± {error:.digits$}")
+}
+
+fn ratio_words(row: &FlickerRow) -> String {
+    match row.ratio.zip(row.ratio_error) {
+        Some((ratio, error)) => plus_minus(ratio, error, 3),
+        None => "an unknown share".to_owned(),
+    }
 }
 
 fn motion_name(motion: Motion) -> &'static str {
@@ -93,15 +98,27 @@ fn query_name(query: Option<QueryForm>) -> &'static str {
     }
 }
 
-/// The page: the table of all materials, then pictures of each.
-pub fn page(results: &[Comparison], pictures: &[Vec<(String, Picture)>], command: &str) -> Result<String> {
-    let mut sections = vec![Section {
+/// The page: all materials at a glance, the tables, then pictures of each.
+pub fn page(
+    results: &[Comparison],
+    overview: Option<&Captioned>,
+    pictures: &[Vec<Captioned>],
+    command: &str,
+) -> Result<String> {
+    let shown = |(caption, picture): &Captioned| {
+        anyhow::Ok(Block::Picture { png: png_bytes(picture)?, caption: caption.clone() })
+    };
+    let mut sections = Vec::new();
+    if let Some(overview) = overview {
+        sections.push(Section { title: "At a glance".into(), blocks: vec![shown(overview)?] });
+    }
+    sections.push(Section {
         title: "Silhouettes".into(),
         blocks: vec![
             Block::Text("`left` is the share of the opaque mesh's error that remains, (1 - IoU) / (1 - IoU of the base), over all cameras together. `band` is the IoU among the samples between the mesh and the lowest height. The oracle traces every query exactly: what it leaves is what the query and the model's form cost, and the model's difference to it is the fit.".into()),
             Block::Table(silhouette_table(results)),
         ],
-    }];
+    });
     if results.iter().any(|r| !r.pictures.is_empty()) {
         let texts = "Against the displaced mesh under the same light, means over the cameras. The displaced row compares two renderings of it with other seeds: its noise.";
         sections.push(Section {
@@ -110,20 +127,15 @@ pub fn page(results: &[Comparison], pictures: &[Vec<(String, Picture)>], command
         });
     }
     if results.iter().any(|r| !r.flicker.is_empty()) {
-        let text = "Root mean square of the second difference of luminance from frame to frame, under a camera that turns by one degree a frame and under a sun that turns by four. Each sequence is rendered twice, and the product of both stands for the square, so that noise does not count. The motion is the same in all forms: the ratio to the truth says what a form adds.";
+        let text = "Root mean square of the second difference of luminance from frame to frame, under a camera that turns and under a sun that turns by so many degrees a frame. Each sequence is rendered twice, and the product of both stands for the square, so that noise does not count; what it does to the result is one standard deviation after the ±. The motion is the same in all forms: the ratio to the truth says what a form adds. It is unknown where noise drowns the truth's.";
         sections.push(Section {
             title: "Flicker".into(),
             blocks: vec![Block::Text(text.into()), Block::Table(flicker_table(results))],
         });
     }
-    for (result, shown) in results.iter().zip(pictures) {
-        let blocks = shown
-            .iter()
-            .map(|(caption, picture)| {
-                Ok(Block::Picture { png: png_bytes(picture)?, caption: caption.clone() })
-            })
-            .collect::<Result<_>>()?;
-        sections.push(Section { title: format!("{} on {}", result.material, result.scene), blocks });
+    for (result, of_result) in results.iter().zip(pictures) {
+        let blocks = of_result.iter().map(shown).collect::<Result<_>>()?;
+        sections.push(Section { title: format!("{} on {}", result.name, result.scene), blocks });
     }
     let page = Page {
         title: "Neural materials on curved meshes, against displaced truth".into(),
@@ -145,7 +157,7 @@ fn silhouette_table(results: &[Comparison]) -> Table {
             r.silhouettes.iter().find(|row| row.form == "model" && row.query == Some(QueryForm::Chord));
         let number = |x: Option<f64>| x.map_or_else(|| "-".into(), |x| format!("{x:.4}"));
         vec![
-            r.material.clone(),
+            r.name.clone(),
             r.scene.clone(),
             format!("{}", r.depth),
             number(r.silhouettes.first().map(|row| row.iou)),
@@ -159,7 +171,7 @@ fn silhouette_table(results: &[Comparison]) -> Table {
         ]
     };
     let head = [
-        "material",
+        "model",
         "mesh",
         "depth",
         "base IoU",
@@ -176,7 +188,7 @@ fn silhouette_table(results: &[Comparison]) -> Table {
 
 fn picture_table(results: &[Comparison]) -> Table {
     let head = [
-        "material",
+        "model",
         "form",
         "PSNR, dB",
         "SSIM",
@@ -190,7 +202,7 @@ fn picture_table(results: &[Comparison]) -> Table {
     let rows = results.iter().flat_map(|r| {
         r.pictures.iter().map(|p| {
             vec![
-                format!("{} on {}", r.material, r.scene),
+                format!("{} on {}", r.name, r.scene),
                 p.form.to_owned(),
                 format!("{:.2}", p.psnr),
                 format!("{:.4}", p.ssim),
@@ -209,64 +221,14 @@ fn picture_table(results: &[Comparison]) -> Table {
 fn flicker_table(results: &[Comparison]) -> Table {
     let rows = results.iter().flat_map(|r| {
         r.flicker.iter().map(|row| {
-            let cells = [motion_name(row.motion), row.form].map(str::to_owned);
-            let name = format!("{} on {}", r.material, r.scene);
-            let numbers = [format!("{:.5}", row.flicker), format!("{:.3}", row.ratio)];
-            std::iter::once(name).chain(cells).chain(numbers).collect::<Vec<_>>()
+            vec![
+                format!("{} on {}", r.name, r.scene),
+                format!("{}, {}°", motion_name(row.motion), row.step),
+                row.form.to_owned(),
+                plus_minus(row.flicker, row.error, 5),
+                if row.ratio.is_some() { ratio_words(row) } else { "-".to_owned() },
+            ]
         })
     });
-    Table::of_texts("Flicker", &["material", "turning", "form", "flicker", "of the truth's"], rows)
-}
-
-/// A strip per camera: the truth, then each form with its difference to the truth, four times as bright.
-pub fn strips(subject: &Subject, shown: &[Shown], side: usize) -> Vec<(String, Picture)> {
-    let Some((truth, others)) = shown.split_first() else { return Vec::new() };
-    let names: Vec<&str> = others.iter().map(|s| s.form).collect();
-    let strip = |camera: usize| {
-        let exact = &truth.radiance[camera];
-        let mut columns = vec![exact.clone()];
-        for other in others {
-            let test = &other.radiance[camera];
-            columns.push(test.clone());
-            columns.push(exact.iter().zip(test).map(|(a, b)| 4.0 * (*a - *b).abs()).collect());
-        }
-        let caption = format!(
-            "Elevation {} degrees: displaced; {}, each followed by four times its difference.",
-            subject.cameras[camera].0,
-            names.join(", ")
-        );
-        (caption, beside(&columns, side))
-    };
-    (0..subject.cameras.len()).map(strip).collect()
-}
-
-/// Masks of all cameras beside each other: what is covered in both grey, too much red, missing blue.
-pub fn mask_strip(masks: &MaskSet) -> Option<(String, Picture)> {
-    let side = masks.truth.first()?.size()[0] as usize;
-    let columns: Vec<Vec<Vec3>> = masks.truth.iter().zip(&masks.model).map(|(t, m)| compared(t, m)).collect();
-    let caption = "Silhouettes of the model, asked by the chord: red is too much, blue is missing.";
-    Some((caption.to_owned(), beside(&columns, side)))
-}
-
-fn compared(truth: &Mask, test: &Mask) -> Vec<Vec3> {
-    let colour = |(&a, &b): (&bool, &bool)| match (a, b) {
-        (true, true) => Vec3::splat(0.25),
-        (false, false) => Vec3::ZERO,
-        (false, true) => Vec3::new(0.8, 0.05, 0.02),
-        (true, false) => Vec3::new(0.05, 0.2, 0.8),
-    };
-    truth.covered().iter().zip(test.covered()).map(colour).collect()
-}
-
-fn beside(columns: &[Vec<Vec3>], side: usize) -> Picture {
-    let width = columns.len() * (side + GAP) - GAP;
-    let mut pixels = vec![Vec3::splat(0.02); width * side];
-    for (column, source) in columns.iter().enumerate() {
-        for (y, line) in source.chunks(side).enumerate() {
-            let start = y * width + column * (side + GAP);
-            pixels[start..start + side].copy_from_slice(line);
-        }
-    }
-    let number = |n: usize| u32::try_from(n).expect("a few thousand pixels");
-    picture(number(width), number(side), &pixels, 0.0)
+    Table::of_texts("Flicker", &["model", "turning", "form", "flicker", "of the truth's"], rows)
 }

@@ -79,6 +79,8 @@ pub struct MaskSet {
     pub truth: Vec<Mask>,
     /// The model, asked by the default query.
     pub model: Vec<Mask>,
+    /// What the mesh covers and truth does not, a plane per camera.
+    pub rim: Vec<Vec<bool>>,
     /// One row per form, the base first.
     pub rows: Vec<SilhouetteRow>,
 }
@@ -142,7 +144,11 @@ pub fn silhouettes(
             }
         }
     }
-    Ok(MaskSet { truth, model: default_masks, rows })
+    let rim = |(truth, base): (&Mask, &Mask)| -> Vec<bool> {
+        truth.covered().iter().zip(base.covered()).map(|(t, b)| *b && !t).collect()
+    };
+    let rim = truth.iter().zip(&base).map(rim).collect();
+    Ok(MaskSet { truth, model: default_masks, rim, rows })
 }
 
 fn sum(bands: &[Band]) -> Band {

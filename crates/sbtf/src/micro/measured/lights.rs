@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::micro::import::{Encoding, ImportError, Problem, Tiling};
 
@@ -11,7 +11,7 @@ use crate::micro::import::{Encoding, ImportError, Problem, Tiling};
 const MAX_IMAGES: usize = 256;
 
 /// The list of a measurement, `lights.toml`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lights {
     /// How the images' codes are meant; there is no default, because a wrong guess bends every normal.
@@ -26,7 +26,7 @@ pub struct Lights {
 }
 
 /// One image and its light.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Light {
     /// File name, relative to the list.
