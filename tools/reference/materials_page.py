@@ -1,7 +1,7 @@
 """Writes docs/materials.md: how the shipped materials were trained, and how good they are.
 
     cargo build --release
-    python tools/reference/materials_page.py [--keep DIR] [--forms DIR]
+    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--tables patches,holes,torus,forms]
 
 Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped. Models of other
 forms to set beside ours, which do not ship, are `DIR/neumip/NAME.sbtf` and `DIR/paper/NAME.sbtf`; without --forms their table is left as it is.
@@ -20,6 +20,8 @@ PAPER = {
     "cave": 0.25, "foam": 0.21, "leather": 0.22, "oyster": 0.32, "shell": 0.32, "stone-1": 0.29, "stone-2": 0.23,
     "terracotta": 0.28, "wall": 0.26, "wool-1": 0.41, "wool-2": 0.28,
 }
+
+SEE_THROUGH = ("basket-weave", "perforated-leather")
 
 
 def metadata(path):
@@ -111,27 +113,34 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keep", type=Path, help="keep the reports in this folder, and take those that are there")
     parser.add_argument("--forms", type=Path, help="folder with models of other forms, as above")
+    parser.add_argument("--tables", default="patches,holes,torus,forms", help="which to write")
     args = parser.parse_args()
     keep = args.keep
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
-    paths = sorted((ROOT / "assets" / "materials").glob("*.sbtf"))
-    direct = [path for path in paths if metadata(path)["architecture"]["opacity"] == "direct"]
-    rows = [row(path, keep) for path in paths if path not in direct]
-    holes = [hole_row(path, keep) for path in direct]
-    on_torus = [torus_row(path, keep) for path in paths if path.stem in PAPER]
-    forms = [form_row(path, keep, args.forms) for path in paths if args.forms and path not in direct]
-    forms = [row for row in forms if row]
-    mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
+    wanted = args.tables.split(",")
+    folder = ROOT / "assets" / "materials"
+    solid, holes = ([folder / f"{name}.sbtf" for name in sorted(names)] for names in (PAPER, SEE_THROUGH))
+    tables = {}
+    if "patches" in wanted:
+        tables["patches"] = [row(path, keep) for path in solid]
+    if "holes" in wanted:
+        tables["holes"] = [hole_row(path, keep) for path in holes]
+    if "torus" in wanted:
+        on_torus = [torus_row(path, keep) for path in solid]
+        tables["torus"] = [line[0] for line in on_torus]
+        mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
+        print(f"mean share left on the torus: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
+    if "forms" in wanted and args.forms:
+        rows = [form_row(path, keep, args.forms) for path in solid]
+        tables["forms"] = [row for row in rows if row]
     text = (ROOT / "docs" / "materials.md").read_text()
-    tables = [("patches", rows), ("holes", holes), ("torus", [line[0] for line in on_torus])]
-    for key, lines in tables + ([("forms", forms)] if forms else []):
+    for key, lines in tables.items():
         begin, end = f"<!-- {key} -->\n", f"<!-- end of {key} -->"
         head, rest = text.split(begin)
         table, tail = rest.split(end)
         text = head + begin + "\n".join(table.splitlines()[:2] + lines) + "\n" + end + tail
     (ROOT / "docs" / "materials.md").write_text(text)
-    print(f"mean share left on the torus: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
 
 
 if __name__ == "__main__":
