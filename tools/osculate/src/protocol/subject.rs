@@ -107,7 +107,8 @@ impl Subject {
         #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
         let laying = Laying::new([(scale / size) as f32; 2], size as f32);
         let centre = mesh.bounds().map_or(osculate_geom::Vec3::zeros(), |(a, b)| 0.5 * (a + b));
-        let distance = mesh.bbox_diagonal();
+        // What is longer than wide is in the picture from top to bottom.
+        let distance = 1.3 * mesh.bbox_diagonal();
         let title = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Self::with(title, mesh, None, laying, (centre, distance), console)
     }
