@@ -3,6 +3,8 @@
 //! It takes the same decisions from the same numbers, so that it enters the same triangles, and remembers of each crossing what it takes
 //! to find UV on the way later. Positions are worked out where they are asked for.
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::section::{MAX_CROSSINGS, SectionWalk, SideEnd, Stop};
 use super::surface_field::CurvatureField;
 use crate::Vec3;
@@ -170,9 +172,11 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
         self.first_uv
     }
 
-    /// UV displacement up to the first point of the walk whose foot on the ray is at distance `t`; `None` without UV.
+    /// UV displacement up to the first point of the walk whose foot on the ray is at distance `t`, in the axes of the chart where the
+    /// walk starts; `None` without UV.
     ///
-    /// Triangle by triangle with the triangle's own UV, so that seams do not matter: UV that go on over a side cancel there.
+    /// Triangle by triangle with the triangle's own UV, so that seams do not matter: UV that go on over a side cancel there, and those of a
+    /// chart that lies otherwise are turned.
     pub fn uv_at(&self, t: f64) -> Option<[f64; 2]> {
         let first_uv = self.first_uv?;
         let next = self.trail.iter().position(|p| p.t >= t).unwrap_or(self.trail.len() - 1);
@@ -181,23 +185,47 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
             if share.is_nan() { 1.0 } else { share }
         };
         let Some(before) = next.checked_sub(1) else { return Some(first_uv.map(|d| d * share(0.0))) };
-        let mut sum = first_uv;
-        let mut add = |from: [f64; 2], to: [f64; 2], share: f64| {
-            for k in 0..2 {
-                sum[k] += share * (to[k] - from[k]);
-            }
-        };
+        let mut sum = Vector2::from(first_uv);
+        let mut axes = Matrix2::identity();
+        let moved = |from: [f64; 2], to: [f64; 2]| Vector2::from(to) - Vector2::from(from);
         // Since where the UV go on without a jump.
         let mut since = self.exit_uv(0)?;
         for k in 1..next {
             if self.jumps(k - 1) {
-                add(since, self.exit_uv(k - 1)?, 1.0);
+                sum += axes * moved(since, self.exit_uv(k - 1)?);
+                axes *= self.turn_over(k - 1)?;
                 since = self.entry_uv(k)?;
             }
         }
-        add(since, self.exit_uv(before)?, 1.0);
-        add(self.entry_uv(next)?, self.exit_uv(next)?, share(self.trail[before].t));
-        Some(sum)
+        sum += axes * moved(since, self.exit_uv(before)?);
+        if self.jumps(before) {
+            axes *= self.turn_over(before)?;
+        }
+        sum += axes * moved(self.entry_uv(next)?, self.exit_uv(next)?) * share(self.trail[before].t);
+        Some(sum.into())
+    }
+
+    /// Turns UV displacements of the chart beyond a crossed side, and mirrors them where it is mirrored, so that the side's own are the
+    /// same in both charts but for their length. The identity for a side without extent in UV.
+    fn turn_over(&self, k: usize) -> Option<Matrix2<f64>> {
+        let Exit { triangle, side, .. } = self.trail[k];
+        let (left, side) = (triangle as usize, side as usize);
+        let (entered, e) = self.field.topology().across(left, side)?;
+        let along = |triangle: usize, side: usize| {
+            let uvs = self.field.corner_uvs(triangle)?.map(Vector2::from);
+            let area = (uvs[1] - uvs[0]).perp(&(uvs[2] - uvs[0]));
+            Some((uvs[(side + 1) % 3] - uvs[side], area < 0.0))
+        };
+        let ((old, old_mirrored), (new, new_mirrored)) = (along(left, side)?, along(entered, e)?);
+        let triangles = self.field.surface().triangles();
+        let new = if triangles[entered][e] == triangles[left][side] { new } else { -new };
+        let basis = |x: Vector2<f64>, mirrored: bool| {
+            let x = x.try_normalize(0.0)?;
+            let y = if mirrored { Vector2::new(x.y, -x.x) } else { Vector2::new(-x.y, x.x) };
+            Some(Matrix2::from_columns(&[x, y]))
+        };
+        let turn = basis(old, old_mirrored).zip(basis(new, new_mirrored));
+        Some(turn.map_or_else(Matrix2::identity, |(old, new)| old * new.transpose()))
     }
 
     fn jumps(&self, k: usize) -> bool {

@@ -134,6 +134,50 @@ fn chord_across_a_plane_is_flat() {
     }
 }
 
+/// Charts that are turned, mirrored and moved against each other are one material to a ray: it goes on as it began.
+#[test]
+fn chord_goes_straight_over_charts_that_lie_otherwise() {
+    let whole = shapes::plane(20, 20);
+    // Every triangle has corners of its own, in the chart of its column.
+    let chart = |triangle: usize| {
+        let corners = whole.corners(triangle);
+        let x = (corners[0].x + corners[1].x + corners[2].x) / 3.0;
+        (40.0 * x).rem_euclid(4.0) as usize
+    };
+    let axes = |chart: usize| -> [[f64; 2]; 2] {
+        [
+            [[1.0, 0.0], [0.0, 1.0]],
+            [[0.0, -1.0], [1.0, 0.0]],
+            [[0.6, 0.8], [0.8, -0.6]],
+            [[-1.0, 0.0], [0.0, -1.0]],
+        ][chart]
+    };
+    let put = |chart: usize, x: f64, y: f64| axes(chart).map(|[a, b]| a * x + b * y);
+    let (mut positions, mut uvs) = (vec![], vec![]);
+    for triangle in 0..whole.triangles().len() {
+        let number = chart(triangle);
+        for corner in whole.corners(triangle) {
+            let [u, v] = put(number, corner.x, corner.y);
+            positions.push(corner);
+            uvs.push([u + 0.3 * number as f64, v - 0.7 * number as f64]);
+        }
+    }
+    let triangles = (0..whole.triangles().len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let mesh = Mesh::new(positions, triangles).unwrap().with_uv_set(uvs).unwrap();
+    let field = exact(&mesh, |_| principal(0.0, 0.0, Vec3::x(), Vec3::z()));
+    let length = WalkLength::Shell { depth: 0.1 };
+    let mut crossed = 0;
+    for query in spread_queries(&field, 500, length) {
+        let found = chord_at(&field, query.point, query.w, length);
+        let forward = -Vec3::new(query.w.x, query.w.y, 0.0).normalize();
+        let expected = put(chart(query.point.triangle), forward.x, forward.y);
+        let rate = found.uv_rate.unwrap();
+        assert!((rate[0] - expected[0]).hypot(rate[1] - expected[1]) < 1e-9, "{rate:?} {expected:?}");
+        crossed += usize::from(found.crossings > 4);
+    }
+    assert!(crossed > 100, "{crossed}");
+}
+
 #[test]
 fn chord_obliquely_across_a_cylinder() {
     const RADIUS: f64 = 0.5;
