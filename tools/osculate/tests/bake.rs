@@ -10,9 +10,9 @@ use osculate_geom::shapes;
 fn bakes_a_mesh_and_reports_it() {
     let w = Workspace::new();
     w.write_obj("torus.obj", &shapes::torus(1.0, 0.4, 96, 48));
-    let run = w.ok("bake torus.obj --tolerance 0.01 -o torus.glb --json report.json");
+    let run = w.ok("bake torus.obj --tolerance 0.02 -o torus.glb --json report.json");
     assert!(run.stdout.contains("4608 vertices (0 merged), 9216 triangles"), "{run:?}");
-    assert!(run.stdout.contains("auto, tolerance 0.01, at most 16 rings"), "{run:?}");
+    assert!(run.stdout.contains("auto, tolerance 0.02, at most 16 rings"), "{run:?}");
     assert_eq!(run.stderr, "", "no progress bar in a pipe");
     let report = w.json("report.json");
     assert_eq!(report["schema"], "osculate.bake/1");

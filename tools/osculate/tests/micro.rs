@@ -101,7 +101,7 @@ fn every_bad_material_is_one_line_and_exit_code_2() {
     w.refuses("micro granite", &["granite", "cave", "wool-2"]);
     w.refuses("micro no.toml", &["no.toml", "cannot be read"]);
     w.refuses("micro cave -o cave.jpg", &["cave.jpg", ".png"]);
-    w.refuses("micro basket-weave --maps maps", &["basket-weave", "no maps"]);
+    w.refuses("micro basket-weave --maps maps", &["basket-weave", "leave --maps"]);
     w.refuses("micro --measured nowhere", &["nowhere", "lights.toml"]);
     w.write("m.toml", FIELD);
     w.refuses("micro m.toml", &["h.png", "cannot be read"]);
