@@ -187,44 +187,37 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
         let Some(before) = next.checked_sub(1) else { return Some(first_uv.map(|d| d * share(0.0))) };
         let mut sum = Vector2::from(first_uv);
         let mut axes = Matrix2::identity();
-        let moved = |from: [f64; 2], to: [f64; 2]| Vector2::from(to) - Vector2::from(from);
         // Since where the UV go on without a jump.
         let mut since = self.exit_uv(0)?;
         for k in 1..next {
             if self.jumps(k - 1) {
-                sum += axes * moved(since, self.exit_uv(k - 1)?);
+                sum += axes * (self.exit_uv(k - 1)? - since);
                 axes *= self.turn_over(k - 1)?;
                 since = self.entry_uv(k)?;
             }
         }
-        sum += axes * moved(since, self.exit_uv(before)?);
+        sum += axes * (self.exit_uv(before)? - since);
         if self.jumps(before) {
             axes *= self.turn_over(before)?;
         }
-        sum += axes * moved(self.entry_uv(next)?, self.exit_uv(next)?) * share(self.trail[before].t);
+        sum += axes * (self.exit_uv(next)? - self.entry_uv(next)?) * share(self.trail[before].t);
         Some(sum.into())
     }
 
     /// Turns UV displacements of the chart beyond a crossed side, and mirrors them where it is mirrored, so that the side's own are the
     /// same in both charts but for their length. The identity for a side without extent in UV.
     fn turn_over(&self, k: usize) -> Option<Matrix2<f64>> {
-        let Exit { triangle, side, .. } = self.trail[k];
-        let (left, side) = (triangle as usize, side as usize);
-        let (entered, e) = self.field.topology().across(left, side)?;
-        let along = |triangle: usize, side: usize| {
+        let (entered, [from, to]) = self.beyond(k)?;
+        let left = self.trail[k].triangle as usize;
+        let [a, b] = self.crossed(k)?;
+        let basis = |along: Vector2<f64>, triangle: usize| {
             let uvs = self.field.corner_uvs(triangle)?.map(Vector2::from);
-            let area = (uvs[1] - uvs[0]).perp(&(uvs[2] - uvs[0]));
-            Some((uvs[(side + 1) % 3] - uvs[side], area < 0.0))
-        };
-        let ((old, old_mirrored), (new, new_mirrored)) = (along(left, side)?, along(entered, e)?);
-        let triangles = self.field.surface().triangles();
-        let new = if triangles[entered][e] == triangles[left][side] { new } else { -new };
-        let basis = |x: Vector2<f64>, mirrored: bool| {
-            let x = x.try_normalize(0.0)?;
-            let y = if mirrored { Vector2::new(x.y, -x.x) } else { Vector2::new(-x.y, x.x) };
+            let is_mirrored = (uvs[1] - uvs[0]).perp(&(uvs[2] - uvs[0])) < 0.0;
+            let x = along.try_normalize(0.0)?;
+            let y = if is_mirrored { Vector2::new(x.y, -x.x) } else { Vector2::new(-x.y, x.x) };
             Some(Matrix2::from_columns(&[x, y]))
         };
-        let turn = basis(old, old_mirrored).zip(basis(new, new_mirrored));
+        let turn = basis(b - a, left).zip(basis(to - from, entered));
         Some(turn.map_or_else(Matrix2::identity, |(old, new)| old * new.transpose()))
     }
 
@@ -233,23 +226,34 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
         self.field.uv_jumps(triangle as usize, side as usize)
     }
 
-    /// UV where a triangle is left, by its own corners.
-    fn exit_uv(&self, k: usize) -> Option<[f64; 2]> {
-        let Exit { triangle, side, share, .. } = self.trail[k];
-        let uvs = self.field.corner_uvs(triangle as usize)?;
-        let (a, b) = (uvs[side as usize], uvs[(side as usize + 1) % 3]);
-        Some([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])))
+    /// UV of the ends of a crossed side, by the triangle that is left.
+    fn crossed(&self, k: usize) -> Option<[Vector2<f64>; 2]> {
+        let Exit { triangle, side, .. } = self.trail[k];
+        let (uvs, side) = (self.field.corner_uvs(triangle as usize)?, side as usize);
+        Some([uvs[side].into(), uvs[(side + 1) % 3].into()])
     }
 
-    /// UV where a triangle after the first is entered, by its own corners.
-    fn entry_uv(&self, k: usize) -> Option<[f64; 2]> {
-        let Exit { triangle, side, share, .. } = self.trail[k - 1];
+    /// The triangle beyond a crossed side, and by its corners the UV of the side's ends, in the same order as [`Self::crossed`].
+    fn beyond(&self, k: usize) -> Option<(usize, [Vector2<f64>; 2])> {
+        let Exit { triangle, side, .. } = self.trail[k];
         let (left, side) = (triangle as usize, side as usize);
         let (entered, e) = self.field.topology().across(left, side)?;
         let triangles = self.field.surface().triangles();
         let uvs = self.field.corner_uvs(entered)?;
-        let (a, b) = (uvs[e], uvs[(e + 1) % 3]);
-        let share = if triangles[entered][e] == triangles[left][side] { share } else { 1.0 - share };
-        Some([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])))
+        let (a, b) = (uvs[e].into(), uvs[(e + 1) % 3].into());
+        let is_same_way = triangles[entered][e] == triangles[left][side];
+        Some((entered, if is_same_way { [a, b] } else { [b, a] }))
+    }
+
+    /// UV where a triangle is left, by its own corners.
+    fn exit_uv(&self, k: usize) -> Option<Vector2<f64>> {
+        let [a, b] = self.crossed(k)?;
+        Some(a + (b - a) * self.trail[k].share)
+    }
+
+    /// UV where a triangle after the first is entered, by its own corners.
+    fn entry_uv(&self, k: usize) -> Option<Vector2<f64>> {
+        let (_, [a, b]) = self.beyond(k - 1)?;
+        Some(a + (b - a) * self.trail[k - 1].share)
     }
 }

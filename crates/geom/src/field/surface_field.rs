@@ -47,8 +47,8 @@ impl<'a> CurvatureField<'a> {
         assert_eq!(curvature.len(), surface.positions().len(), "one estimate per surface vertex");
         let topology = Topology::new(surface.triangles());
         let diagonal = surface.bbox_diagonal();
-        let scale = if diagonal > 0.0 { diagonal } else { 1.0 };
-        let bends = curvature.iter().map(|v| VertexBend::new(v.principal.as_ref(), scale)).collect();
+        let bends =
+            curvature.iter().map(|v| VertexBend::new(v.principal.as_ref(), length_unit(diagonal))).collect();
         Self { surface, curvature, topology, diagonal, bends, corner_uvs: Vec::new(), uv_jumps: Vec::new() }
     }
 
@@ -167,7 +167,7 @@ impl<'a> CurvatureField<'a> {
 
     /// The length that curvatures of [`Self::bend`] are the inverse of.
     pub(super) fn bend_scale(&self) -> f64 {
-        if self.diagonal > 0.0 { self.diagonal } else { 1.0 }
+        length_unit(self.diagonal)
     }
 
     /// UVs of a triangle's corners, if the field has any.
@@ -195,4 +195,9 @@ impl<'a> CurvatureField<'a> {
     pub(super) fn topology(&self) -> &Topology {
         &self.topology
     }
+}
+
+/// A length to measure a surface of this diagonal by; 1 for one without extent.
+fn length_unit(diagonal: f64) -> f64 {
+    if diagonal > 0.0 { diagonal } else { 1.0 }
 }
