@@ -85,7 +85,7 @@ impl BakedMinimum {
 
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
-        let Some(at) = &start.section else { return start.along };
+        let Some(at) = &start.section else { return start.along(field) };
         let corners = field.surface().triangles()[start.point.triangle];
         let (mut sum, mut weights) = (0.0, 0.0);
         for (vertex, weight) in corners.into_iter().zip(start.point.barycentric) {
@@ -96,7 +96,7 @@ impl BakedMinimum {
         }
         let lowering = if weights > 0.0 { sum / weights } else { 0.0 };
         // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
-        start.along.min(at.kappa - lowering)
+        start.along(field).min(at.kappa - lowering)
     }
 
     /// Linear between the two nearest azimuths.
@@ -132,7 +132,7 @@ impl BakedMinimum {
         let spread = spread_queries(field, queries, self.walk);
         let errors = spread.par_iter().filter_map(|query| {
             let start = Start::new(field, query.point, query.w)?;
-            let length = self.walk.resolve(start.along, start.cosine, field.diagonal());
+            let length = self.walk.resolve(start.along(field), start.cosine, field.diagonal());
             let march = minimum_past(field, &start, length);
             Some((march.kappa - self.kappa(field, &start)).abs())
         });
@@ -198,6 +198,6 @@ fn lowering(
     let barycentric = std::array::from_fn(|k| if k == corner { 1.0 } else { 0.0 });
     let forward: Vec3 = principal.d1 * azimuth.cos() + principal.d2 * azimuth.sin();
     let Some(start) = Start::new(field, SurfacePoint { triangle, barycentric }, -forward) else { return 0.0 };
-    let length = walk.resolve(start.along, start.cosine, field.diagonal());
-    nearest_f32((start.kappa() - minimum_past(field, &start, length).kappa).max(0.0))
+    let length = walk.resolve(start.along(field), start.cosine, field.diagonal());
+    nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0))
 }

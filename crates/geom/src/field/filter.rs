@@ -155,11 +155,11 @@ impl Filter {
                 uv_rate: found.uv_rate,
             });
         }
-        let length = query.length.resolve(start.along, start.cosine, field.diagonal());
+        let length = query.length.resolve(start.along(field), start.cosine, field.diagonal());
         if let Self::MarchWithin { bounds, tolerance } = self
             && bounds.allows_skip(query.point.triangle, length, *tolerance)
         {
-            return Some(still(start.kappa(), Stop::Skipped));
+            return Some(still(start.kappa(field), Stop::Skipped));
         }
         let march = minimum_past(field, &start, length);
         Some(FilterAnswer {

@@ -23,7 +23,7 @@ pub struct March {
 
 /// The least of the curvature along the ray, and of the section's curvature over an arc of `length`, both ends included.
 pub(super) fn minimum_past(field: &CurvatureField<'_>, start: &Start, length: f64) -> March {
-    let stay = March { kappa: start.kappa(), length: 0.0, crossings: 0, stop: Stop::NormalIncidence };
+    let stay = March { kappa: start.kappa(field), length: 0.0, crossings: 0, stop: Stop::NormalIncidence };
     let Some(at) = &start.section else { return stay };
     let Some(mut walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay };
     let mut minimum = Minimum {

@@ -13,8 +13,8 @@ pub(super) struct Start {
     pub normal: Vec3,
     /// Cosine between the direction to the viewer and the normal, 0 where it is below the horizon.
     pub cosine: f64,
-    /// Curvature along the ray (Kuznetsov et al. 2022, eqs. 1 and 4).
-    pub along: f64,
+    /// Unit direction to the viewer.
+    w: Vec3,
     /// The plane of ray and normal; `None` at normal incidence.
     pub section: Option<StartSection>,
 }
@@ -33,7 +33,9 @@ impl Start {
     /// `None` if no corner has an estimate, or `w` has no direction.
     pub fn new(field: &CurvatureField<'_>, point: SurfacePoint, w: Vec3) -> Option<Self> {
         let w = w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
-        let along = field.kappa_along(point, w)?;
+        if !field.has_estimate(point) {
+            return None;
+        }
         let normal = field.normal(point).try_normalize(0.0).unwrap_or_default();
         let cosine = normal.dot(&w).clamp(0.0, 1.0);
         let tangential = normal * normal.dot(&w) - w;
@@ -42,16 +44,22 @@ impl Start {
         let section = has_plane.then(|| {
             let forward = tangential.normalize();
             let plane = Section { origin: field.position(point), normal: normal.cross(&forward).normalize() };
-            let kappa = field.kappa_of_section(point, &plane.normal).unwrap_or(along);
+            let kappa = field.kappa_of_section(point, &plane.normal).expect("a corner has an estimate");
             StartSection { plane, forward, kappa }
         });
-        Some(Self { point, normal, cosine, along, section })
+        Some(Self { point, normal, cosine, w, section })
+    }
+
+    /// Curvature along the ray (Kuznetsov et al. 2022, eqs. 1 and 4).
+    pub fn along(&self, field: &CurvatureField<'_>) -> f64 {
+        field.kappa_along(self.point, self.w).expect("a corner has an estimate")
     }
 
     /// The curvature before any walk: the lesser of the curvature along the ray and that of the section.
     ///
     /// The two differ where the corners' normals do, because the first projects the ray at each corner.
-    pub fn kappa(&self) -> f64 {
-        self.section.map_or(self.along, |section| self.along.min(section.kappa))
+    pub fn kappa(&self, field: &CurvatureField<'_>) -> f64 {
+        let along = self.along(field);
+        self.section.map_or(along, |section| along.min(section.kappa))
     }
 }

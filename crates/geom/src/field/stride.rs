@@ -3,6 +3,8 @@
 //! It takes the same decisions from the same numbers, so that it enters the same triangles, and remembers of each crossing what it takes
 //! to find UV on the way later. Positions are worked out where they are asked for.
 
+use std::cell::Cell;
+
 use nalgebra::{Matrix2, Vector2};
 
 use super::section::{MAX_CROSSINGS, SectionWalk, SideEnd, Stop};
@@ -43,23 +45,19 @@ pub(super) struct StrideWalk<'a, 'f> {
     is_closed: bool,
 }
 
-/// What it takes to go back.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Mark {
-    ends: [End; 2],
-    passed: usize,
-    is_closed: bool,
+/// The sides of a triangle after each, in order.
+const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+
+thread_local! {
+    /// Memory of the last walk's trail, for the next.
+    static SPARE: Cell<Vec<Exit>> = const { Cell::new(Vec::new()) };
 }
 
-impl Mark {
-    /// Triangles left up to it.
-    pub fn passed(&self) -> usize {
-        self.passed
+impl Drop for StrideWalk<'_, '_> {
+    fn drop(&mut self) {
+        SPARE.set(std::mem::take(&mut self.trail));
     }
 }
-
-/// Crossings that most walks have at most.
-const USUAL: usize = 62;
 
 impl<'a, 'f> StrideWalk<'a, 'f> {
     /// Goes on from the first piece of a walk; `ray` is where the ray starts, and its unit direction.
@@ -72,7 +70,8 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
         let share = walk.ends()[1].weight;
         let index = crate::mesh::index_u32;
         let (triangle, side) = (index(exit.point.triangle), index(exit.side));
-        let mut trail = Vec::with_capacity(USUAL);
+        let mut trail = SPARE.take();
+        trail.clear();
         trail.push(Exit { t: foot(&exit.position), triangle, side, share });
         let (from, to) = (piece.from.barycentric, exit.point.barycentric);
         let first_uv = field.corner_uvs(exit.point.triangle).map(|uvs| {
@@ -86,47 +85,66 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
     /// Goes on until the foot of the walk on the ray is so far ahead of where it is now, one triangle at least, or comes back. Where there
     /// is no way on, the walk stays on its last triangle.
     pub fn stride(&mut self, distance: f64) -> Result<(), Stop> {
-        let (topology, triangles) = (self.field.topology(), self.field.surface().triangles());
-        let positions = self.field.surface().positions();
-        let [origin, normal] = self.plane;
-        let [ray_origin, ray] = self.ray;
+        let (field, topology) = (self.field, self.field.topology());
+        let (triangles, positions) = (field.surface().triangles(), field.surface().positions());
         let mut at = *self.last();
+        let mut ends = self.ends;
         let end = at.t + distance;
         loop {
-            if self.is_closed {
-                return Err(Stop::Closed);
-            }
-            let Some((next, entered)) = topology.across(at.triangle as usize, at.side as usize) else {
-                let is_boundary = topology.is_boundary(at.triangle as usize, at.side as usize);
-                return Err(if is_boundary { Stop::Boundary } else { Stop::NonManifold });
+            let (triangle, side) = (at.triangle as usize, at.side as usize);
+            let stop = match topology.across(triangle, side) {
+                _ if self.is_closed => Stop::Closed,
+                _ if self.trail.len() == MAX_CROSSINGS as usize => Stop::Budget,
+                None if topology.is_boundary(triangle, side) => Stop::Boundary,
+                None => Stop::NonManifold,
+                Some((next, entered)) => {
+                    let vertices = &triangles[next];
+                    let [b, c] = AFTER[entered];
+                    let opposite = self.end(vertices[c], &positions[vertices[c] as usize]);
+                    // The ends lie on different sides of the plane, the opposite corner with one of them, whose place it takes. Places are
+                    // numbers here, not branches: half of those would be foretold wrongly.
+                    let first = usize::from(ends[0].vertex != vertices[entered]);
+                    let with_first = usize::from((opposite.height >= 0.0) == (ends[first].height >= 0.0));
+                    ends[1 - with_first] = ends[first ^ with_first];
+                    ends[with_first] = opposite;
+                    let [from, to] = &ends;
+                    // The heights differ in sign, so the share is in [0, 1] and the division is safe.
+                    let share = from.height / (from.height - to.height);
+                    let t = from.t + share * (to.t - from.t);
+                    let ends_here = t >= end || t <= at.t;
+                    #[allow(clippy::cast_possible_truncation, reason = "triangles have 32-bit numbers")]
+                    let exit = Exit { t, triangle: next as u32, side: [c, b][with_first] as u32, share };
+                    at = exit;
+                    self.trail.push(at);
+                    self.is_closed = next == self.start_triangle;
+                    if !ends_here {
+                        continue;
+                    }
+                    self.ends = ends;
+                    return Ok(());
+                }
             };
-            if self.trail.len() == MAX_CROSSINGS as usize {
-                return Err(Stop::Budget);
-            }
-            let vertices = triangles[next];
-            let [b, c] = [(entered + 1) % 3, (entered + 2) % 3];
-            let [one, two] = self.ends;
-            let (first, second) = if one.vertex == vertices[entered] { (one, two) } else { (two, one) };
-            let p = positions[vertices[c] as usize];
-            let opposite =
-                End { vertex: vertices[c], height: normal.dot(&(p - origin)), t: ray.dot(&(p - ray_origin)) };
-            // The ends lie on different sides of the plane, the opposite corner with one of them.
-            let with_first = (opposite.height >= 0.0) == (first.height >= 0.0);
-            let (side, from, to) = if with_first { (b, second, opposite) } else { (c, opposite, first) };
-            // The heights differ in sign, so the share is in [0, 1] and the division is safe.
-            let share = from.height / (from.height - to.height);
-            let t = from.t + share * (to.t - from.t);
-            #[allow(clippy::cast_possible_truncation, reason = "triangles have 32-bit numbers")]
-            let exit = Exit { t, triangle: next as u32, side: side as u32, share };
-            let ends_here = t >= end || t <= at.t;
-            at = exit;
-            self.ends = [from, to];
-            self.trail.push(at);
-            self.is_closed = next == self.start_triangle;
-            if ends_here {
-                return Ok(());
-            }
+            self.ends = ends;
+            return Err(stop);
         }
+    }
+
+    /// Goes back to where a stride would have ended that began after so many triangles and was only so long.
+    pub fn shorten(&mut self, began: usize, distance: f64) {
+        let end = self.trail[began - 1].t + distance;
+        let ends_at = |k: &usize| self.trail[*k].t >= end || self.trail[*k].t <= self.trail[*k - 1].t;
+        let Some(last) = (began..self.trail.len() - 1).find(ends_at) else { return };
+        self.trail.truncate(last + 1);
+        self.is_closed = false;
+        let Exit { triangle, side, .. } = self.trail[last];
+        let (vertices, side) = (self.field.surface().triangles()[triangle as usize], side as usize);
+        let positions = self.field.surface().positions();
+        self.ends = [side, (side + 1) % 3].map(|k| self.end(vertices[k], &positions[vertices[k] as usize]));
+    }
+
+    fn end(&self, vertex: u32, p: &Vec3) -> End {
+        let ([origin, normal], [ray_origin, ray]) = (&self.plane, &self.ray);
+        End { vertex, height: normal.dot(&(p - origin)), t: ray.dot(&(p - ray_origin)) }
     }
 
     fn last(&self) -> &Exit {
@@ -154,17 +172,6 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
             SideEnd { vertex, position, height, weight }
         };
         (p + (q - p) * share, [end(0, p, 1.0 - share), end(1, q, share)])
-    }
-
-    /// To come back here.
-    pub fn mark(&self) -> Mark {
-        Mark { ends: self.ends, passed: self.trail.len(), is_closed: self.is_closed }
-    }
-
-    /// Comes back.
-    pub fn back_to(&mut self, mark: Mark) {
-        self.trail.truncate(mark.passed);
-        (self.ends, self.is_closed) = (mark.ends, mark.is_closed);
     }
 
     /// UV displacement over the first piece; `None` without UV.

@@ -146,6 +146,11 @@ impl<'a> CurvatureField<'a> {
         self.corner_estimates(point).map(|(principal, weight)| principal.normal() * weight).sum()
     }
 
+    /// Whether a corner that has a share in the point has an estimate.
+    pub(super) fn has_estimate(&self, point: SurfacePoint) -> bool {
+        self.corner_estimates(point).next().is_some()
+    }
+
     fn corner_estimates(&self, point: SurfacePoint) -> impl Iterator<Item = (&Principal, f64)> {
         let corners = self.surface.triangles()[point.triangle];
         let estimate = |(vertex, weight): (u32, f64)| {

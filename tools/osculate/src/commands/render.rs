@@ -329,7 +329,7 @@ fn load_mesh(
 fn made(shape: Shape) -> Result<Mesh> {
     match shape {
         Shape::Torus { major, minor, axis: Axis::Fitted | Axis::Y } => {
-            Ok(shapes::torus_with_uv(major, minor, 480, 240))
+            Ok(shapes::torus_with_uv(major, minor, 240, 120))
         }
         other => bail!("{other}: only torus:A,r can be made with UV; write a mesh file for other shapes"),
     }
