@@ -24,7 +24,7 @@ mod query;
 
 use query::{Look, Query, Rejects};
 
-use super::section::{SectionWalk, Stop};
+use super::section::{Beginning, Stop};
 use super::start::Start;
 use super::stride::StrideWalk;
 use super::surface_field::CurvatureField;
@@ -66,15 +66,15 @@ pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLengt
         stop: Stop::NormalIncidence,
     };
     let Some(at) = &start.section else { return stay() };
-    let Some(walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay() };
+    let Some(begun) = Beginning::new(field, at.plane, start.point, at.forward) else { return stay() };
     let reach = match length {
         WalkLength::Fixed(length) => Reach::Arc(length),
         WalkLength::Shell { depth } | WalkLength::ShellAt { depth, .. } => {
             Reach::Depth(depth, field.diagonal())
         }
     };
-    let mut query = Query::new(field, start, at, walk.piece(), reach);
-    let mut walk = StrideWalk::new(field, &walk, query.ray());
+    let mut query = Query::new(field, start, at, &begun.piece, reach);
+    let mut walk = StrideWalk::new(field, &begun, query.ray());
     // Where the stride began, and how long it was meant to be.
     let (mut began, mut distance) = (walk.passed(), 0.0);
     loop {

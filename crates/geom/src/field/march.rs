@@ -4,9 +4,11 @@
 //! exact minimum of the interpolated field.
 
 use super::direction::section_curvature;
-use super::section::{Section, SectionWalk, SideEnd, Stop};
+use super::front::{Front, FrontEnd};
+use super::section::{Beginning, Section, Stop};
 use super::start::Start;
 use super::surface_field::CurvatureField;
+use crate::Vec3;
 
 /// What a walk found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,70 +25,66 @@ pub struct March {
 
 /// The least of the curvature along the ray, and of the section's curvature over an arc of `length`, both ends included.
 pub(super) fn minimum_past(field: &CurvatureField<'_>, start: &Start, length: f64) -> March {
-    let stay = March { kappa: start.kappa(field), length: 0.0, crossings: 0, stop: Stop::NormalIncidence };
+    let mut kappa = start.kappa(field);
+    let stay = March { kappa, length: 0.0, crossings: 0, stop: Stop::NormalIncidence };
     let Some(at) = &start.section else { return stay };
-    let Some(mut walk) = SectionWalk::new(field, at.plane, start.point, at.forward) else { return stay };
-    let mut minimum = Minimum {
-        kappa: stay.kappa,
-        last: Some(at.kappa),
-        walked: 0.0,
-        length,
-        corners: [(u32::MAX, None); 2],
-    };
+    let Some(begun) = Beginning::new(field, at.plane, start.point, at.forward) else { return stay };
+    let mut front = Front::new(&begun, |end| Corner::new(field, &begun.section, end.vertex, &end.position));
+    let (mut position, mut last, mut walked) = (begun.piece.from_position, Some(at.kappa), 0.0);
     let stop = loop {
-        if minimum.add(field, &at.plane, &walk) {
-            break Stop::Length;
-        }
-        if let Err(stop) = walk.advance() {
-            break stop;
-        }
-    };
-    March { kappa: minimum.kappa, length: minimum.walked, crossings: walk.crossings(), stop }
-}
-
-/// The running state: the minimum so far and how far it has come.
-struct Minimum {
-    kappa: f64,
-    /// Curvature at the end of the last piece.
-    last: Option<f64>,
-    walked: f64,
-    length: f64,
-    /// The ends of the last crossed side, with the section's curvature: of the next, one is the same.
-    corners: [(u32, Option<f64>); 2],
-}
-
-impl Minimum {
-    /// Goes over a piece, or as far as the length allows; whether it ends there.
-    fn add(&mut self, field: &CurvatureField<'_>, section: &Section, walk: &SectionWalk<'_, '_>) -> bool {
-        let span = walk.piece().span();
-        let left = self.length - self.walked;
+        let exit = front.position();
+        let (span, left) = ((exit - position).norm(), length - walked);
+        let at_exit = front.kappa();
         let ends = span >= left;
-        let at_exit = self.at_side(field, section, walk.ends());
-        let kappa = if ends && span > 0.0 {
+        let here = if ends && span > 0.0 {
             // Linear on the piece between its two ends.
-            at_exit.zip(self.last).map(|(exit, from)| from + left / span * (exit - from))
+            at_exit.zip(last).map(|(exit, from)| from + left / span * (exit - from))
         } else {
             at_exit
         };
-        self.kappa = kappa.map_or(self.kappa, |kappa| self.kappa.min(kappa));
-        self.last = at_exit;
-        self.walked = if ends { self.length } else { self.walked + span };
-        ends
+        kappa = here.map_or(kappa, |here| kappa.min(here));
+        walked = if ends { length } else { walked + span };
+        if ends {
+            break Stop::Length;
+        }
+        (position, last) = (exit, at_exit);
+        let way =
+            front.cross(field, &begun.section, |vertex, p| Corner::new(field, &begun.section, vertex, p));
+        if let Err(stop) = way {
+            break stop;
+        }
+    };
+    March { kappa, length: walked, crossings: front.crossings, stop }
+}
+
+/// What the walk wants to know of a vertex.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    position: Vec3,
+    /// Curvature of the section there, if there is an estimate.
+    kappa: Option<f64>,
+}
+
+impl Corner {
+    fn new(field: &CurvatureField<'_>, section: &Section, vertex: u32, position: &Vec3) -> Self {
+        let kappa = field.principal(vertex).map(|p| section_curvature(p, &section.normal));
+        Self { position: *position, kappa }
+    }
+}
+
+impl Front<Corner> {
+    fn position(&self) -> Vec3 {
+        let [from, to] = self.ends.map(|end| end.known.position);
+        from + (to - from) * self.share
     }
 
-    /// Curvature of the section where it crosses a side, of those ends that have an estimate and a share.
-    fn at_side(&mut self, field: &CurvatureField<'_>, section: &Section, ends: &[SideEnd; 2]) -> Option<f64> {
-        let known = self.corners;
-        self.corners = ends.map(|end| {
-            let same = known.into_iter().find(|corner| corner.0 == end.vertex);
-            let new = || field.principal(end.vertex).map(|p| section_curvature(p, &section.normal));
-            same.unwrap_or_else(|| (end.vertex, new()))
-        });
+    /// Curvature of the section, of those ends that have an estimate and a share.
+    fn kappa(&self) -> Option<f64> {
         let (mut sum, mut total) = (0.0, 0.0);
-        for (corner, end) in self.corners.iter().zip(ends) {
-            if let (Some(kappa), true) = (corner.1, end.weight > 0.0) {
-                sum += kappa * end.weight;
-                total += end.weight;
+        for (FrontEnd { known, .. }, weight) in self.ends.iter().zip([1.0 - self.share, self.share]) {
+            if let (Some(kappa), true) = (known.kappa, weight > 0.0) {
+                sum += kappa * weight;
+                total += weight;
             }
         }
         (total > 0.0).then(|| sum / total)

@@ -1,4 +1,4 @@
-//! The curve in which a plane cuts the surface, followed from triangle to triangle.
+//! The curve in which a plane cuts the surface: its pieces, and the first of them. [`Front`](super::front::Front) follows it.
 //!
 //! Every decision is taken on the sides of the section plane that the corners lie on, where a corner in the plane
 //! counts as above it. A triangle then has either no crossed side or exactly two, whatever rounding does, so the walk
@@ -24,16 +24,13 @@ pub enum Stop {
     NormalIncidence,
     /// It came back to where it started.
     Closed,
-    /// It took [`MAX_CROSSINGS`] triangles and the length was not reached.
+    /// It took [`MAX_CROSSINGS`](super::MAX_CROSSINGS) triangles and the length was not reached.
     Budget,
     /// A bound says that the walk cannot matter.
     Skipped,
     /// The filter answers without a walk.
     NoWalk,
 }
-
-/// Bound on the triangles of one walk. A section of a mesh of a million triangles has about two thousand.
-pub const MAX_CROSSINGS: u32 = 1 << 14;
 
 /// A plane.
 #[derive(Debug, Clone, Copy)]
@@ -60,13 +57,6 @@ pub(super) struct Piece {
     pub exit: Crossing,
 }
 
-impl Piece {
-    /// Its length.
-    pub fn span(&self) -> f64 {
-        (self.exit.position - self.from_position).norm()
-    }
-}
-
 /// An end of a side that a section crosses.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SideEnd {
@@ -79,28 +69,18 @@ pub(super) struct SideEnd {
     pub weight: f64,
 }
 
-/// A walk along a section: one piece at a time.
-pub(super) struct SectionWalk<'a, 'f> {
-    field: &'a CurvatureField<'f>,
-    section: Section,
-    piece: Piece,
-    /// Of the side through which the piece leaves: the next triangle has two of its corners from there.
-    ends: [SideEnd; 2],
-    start_triangle: usize,
-    crossings: u32,
-    is_closed: bool,
+/// The first piece of a walk along a section.
+pub(super) struct Beginning {
+    pub section: Section,
+    pub piece: Piece,
+    /// The ends of the side through which the piece leaves: the next triangle has two of its corners from there.
+    pub ends: [SideEnd; 2],
 }
 
-impl SideEnd {
-    fn is_above(&self) -> bool {
-        self.height >= 0.0
-    }
-}
-
-impl<'a, 'f> SectionWalk<'a, 'f> {
+impl Beginning {
     /// Starts at a point of the section on the way `forward`; `None` if no triangle there is crossed.
     pub fn new(
-        field: &'a CurvatureField<'f>,
+        field: &CurvatureField<'_>,
         section: Section,
         start: SurfacePoint,
         forward: Vec3,
@@ -112,76 +92,13 @@ impl<'a, 'f> SectionWalk<'a, 'f> {
             weight: exit.point.barycentric[corner],
             ..section.side_end(field, vertices[corner])
         });
-        let start_triangle = from.triangle;
-        Some(Self { field, section, piece, ends, start_triangle, crossings: 0, is_closed: false })
-    }
-
-    /// The plane.
-    pub fn section(&self) -> &Section {
-        &self.section
-    }
-
-    /// The piece that the walk is on.
-    pub fn piece(&self) -> &Piece {
-        &self.piece
-    }
-
-    /// The ends of the side through which the piece leaves.
-    pub fn ends(&self) -> &[SideEnd; 2] {
-        &self.ends
-    }
-
-    /// Triangles entered after the first.
-    pub fn crossings(&self) -> u32 {
-        self.crossings
-    }
-
-    /// Goes to the next piece, or says why there is none.
-    pub fn advance(&mut self) -> Result<(), Stop> {
-        if self.is_closed {
-            return Err(Stop::Closed);
-        }
-        let exit = self.piece.exit;
-        let Some((next, entered)) = self.field.topology().across(exit.point.triangle, exit.side) else {
-            return Err(dead_end(self.field, &exit));
-        };
-        self.crossings += 1;
-        if self.crossings == MAX_CROSSINGS {
-            return Err(Stop::Budget);
-        }
-        self.enter(next, entered);
-        self.is_closed = next == self.start_triangle;
-        Ok(())
-    }
-
-    /// Goes on into a triangle through this side of it. Only the corner opposite is new.
-    fn enter(&mut self, triangle: usize, entered: usize) {
-        let vertices = self.field.surface().triangles()[triangle];
-        let [a, b, c] = [entered, (entered + 1) % 3, (entered + 2) % 3];
-        let [one, two] = self.ends;
-        let (start, end) = if one.vertex == vertices[a] { (one, two) } else { (two, one) };
-        let mut entry = SurfacePoint { triangle, barycentric: [0.0; 3] };
-        (entry.barycentric[a], entry.barycentric[b]) = (start.weight, end.weight);
-        let opposite = self.section.side_end(self.field, vertices[c]);
-        // The ends lie on different sides of the plane, the opposite corner with one of them.
-        let (side, from, to) =
-            if opposite.is_above() == start.is_above() { (b, end, opposite) } else { (c, opposite, start) };
-        // The heights differ in sign, so the share is in [0, 1] and the division is safe.
-        let share = from.height / (from.height - to.height);
-        let mut exit = SurfacePoint { triangle, barycentric: [0.0; 3] };
-        (exit.barycentric[side], exit.barycentric[(side + 1) % 3]) = (1.0 - share, share);
-        let position = from.position + (to.position - from.position) * share;
-        self.ends = [SideEnd { weight: 1.0 - share, ..from }, SideEnd { weight: share, ..to }];
-        self.piece = Piece {
-            from: entry,
-            from_position: self.piece.exit.position,
-            exit: Crossing { side, point: exit, position },
-        };
+        Some(Self { section, piece, ends })
     }
 }
 
 impl Section {
-    fn height(&self, p: Vec3) -> f64 {
+    /// Above the plane.
+    pub fn height(&self, p: Vec3) -> f64 {
         self.normal.dot(&(p - self.origin))
     }
 
@@ -250,12 +167,4 @@ pub(super) fn fan(field: &CurvatureField<'_>, triangle: usize, vertex: u32) -> V
         }
     }
     fan
-}
-
-fn dead_end(field: &CurvatureField<'_>, exit: &Crossing) -> Stop {
-    if field.topology().is_boundary(exit.point.triangle, exit.side) {
-        Stop::Boundary
-    } else {
-        Stop::NonManifold
-    }
 }

@@ -1,25 +1,15 @@
-//! [`StrideWalk`]: the walk of [`SectionWalk`], for those who look at the section now and then only.
+//! [`StrideWalk`]: a walk for those who look at the section now and then only.
 //!
-//! It takes the same decisions from the same numbers, so that it enters the same triangles, and remembers of each crossing what it takes
-//! to find UV on the way later. Positions are worked out where they are asked for.
+//! It remembers of each crossing what it takes to find UV on the way later. Positions are worked out where they are asked for.
 
 use std::cell::Cell;
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::section::{MAX_CROSSINGS, SectionWalk, SideEnd, Stop};
+use super::front::{Front, FrontEnd};
+use super::section::{Beginning, Section, SideEnd, Stop};
 use super::surface_field::CurvatureField;
 use crate::Vec3;
-
-/// An end of the crossed side.
-#[derive(Debug, Clone, Copy)]
-struct End {
-    vertex: u32,
-    /// Above the section plane.
-    height: f64,
-    /// Of the foot on the ray.
-    t: f64,
-}
 
 /// Where a triangle was left.
 #[derive(Debug, Clone, Copy)]
@@ -35,18 +25,14 @@ pub(super) struct Exit {
 /// A walk along a section on which a ray's feet are known.
 pub(super) struct StrideWalk<'a, 'f> {
     field: &'a CurvatureField<'f>,
-    plane: [Vec3; 2],
+    section: Section,
     ray: [Vec3; 2],
-    ends: [End; 2],
+    /// Of its ends it knows where their feet on the ray are.
+    front: Front<f64>,
     trail: Vec<Exit>,
     /// UV displacement over the first piece.
     first_uv: Option<[f64; 2]>,
-    start_triangle: usize,
-    is_closed: bool,
 }
-
-/// The sides of a triangle after each, in order.
-const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
 thread_local! {
     /// Memory of the last walk's trail, for the next.
@@ -60,73 +46,43 @@ impl Drop for StrideWalk<'_, '_> {
 }
 
 impl<'a, 'f> StrideWalk<'a, 'f> {
-    /// Goes on from the first piece of a walk; `ray` is where the ray starts, and its unit direction.
-    pub fn new(field: &'a CurvatureField<'f>, walk: &SectionWalk<'a, 'f>, ray: [Vec3; 2]) -> Self {
-        let (piece, section) = (walk.piece(), walk.section());
-        let foot = |p: &Vec3| ray[1].dot(&(p - ray[0]));
-        let end = |e: &SideEnd| End { vertex: e.vertex, height: e.height, t: foot(&e.position) };
-        let ends = [end(&walk.ends()[0]), end(&walk.ends()[1])];
-        let exit = piece.exit;
-        let share = walk.ends()[1].weight;
-        let index = crate::mesh::index_u32;
-        let (triangle, side) = (index(exit.point.triangle), index(exit.side));
+    /// Goes on from the first piece; `ray` is where the ray starts, and its unit direction.
+    pub fn new(field: &'a CurvatureField<'f>, start: &Beginning, ray: [Vec3; 2]) -> Self {
+        let front = Front::new(start, |end| foot(&ray, &end.position));
+        let (piece, exit) = (&start.piece, &start.piece.exit);
         let mut trail = SPARE.take();
         trail.clear();
-        trail.push(Exit { t: foot(&exit.position), triangle, side, share });
+        let t = foot(&ray, &exit.position);
+        trail.push(Exit { t, triangle: front.triangle, side: front.side, share: front.share });
         let (from, to) = (piece.from.barycentric, exit.point.barycentric);
         let first_uv = field.corner_uvs(exit.point.triangle).map(|uvs| {
             [0, 1].map(|axis: usize| (0..3).map(|k: usize| (to[k] - from[k]) * uvs[k][axis]).sum::<f64>())
         });
-        let start_triangle = piece.from.triangle;
-        let plane = [section.origin, section.normal];
-        Self { field, plane, ray, ends, trail, first_uv, start_triangle, is_closed: false }
+        Self { field, section: start.section, ray, front, trail, first_uv }
     }
 
     /// Goes on until the foot of the walk on the ray is so far ahead of where it is now, one triangle at least, or comes back. Where there
     /// is no way on, the walk stays on its last triangle.
     pub fn stride(&mut self, distance: f64) -> Result<(), Stop> {
-        let (field, topology) = (self.field, self.field.topology());
-        let (triangles, positions) = (field.surface().triangles(), field.surface().positions());
-        let mut at = *self.last();
-        let mut ends = self.ends;
-        let end = at.t + distance;
-        loop {
-            let (triangle, side) = (at.triangle as usize, at.side as usize);
-            let stop = match topology.across(triangle, side) {
-                _ if self.is_closed => Stop::Closed,
-                _ if self.trail.len() == MAX_CROSSINGS as usize => Stop::Budget,
-                None if topology.is_boundary(triangle, side) => Stop::Boundary,
-                None => Stop::NonManifold,
-                Some((next, entered)) => {
-                    let vertices = &triangles[next];
-                    let [b, c] = AFTER[entered];
-                    let opposite = self.end(vertices[c], &positions[vertices[c] as usize]);
-                    // The ends lie on different sides of the plane, the opposite corner with one of them, whose place it takes. Places are
-                    // numbers here, not branches: half of those would be foretold wrongly.
-                    let first = usize::from(ends[0].vertex != vertices[entered]);
-                    let with_first = usize::from((opposite.height >= 0.0) == (ends[first].height >= 0.0));
-                    ends[1 - with_first] = ends[first ^ with_first];
-                    ends[with_first] = opposite;
-                    let [from, to] = &ends;
-                    // The heights differ in sign, so the share is in [0, 1] and the division is safe.
-                    let share = from.height / (from.height - to.height);
-                    let t = from.t + share * (to.t - from.t);
-                    let ends_here = t >= end || t <= at.t;
-                    #[allow(clippy::cast_possible_truncation, reason = "triangles have 32-bit numbers")]
-                    let exit = Exit { t, triangle: next as u32, side: [c, b][with_first] as u32, share };
-                    at = exit;
-                    self.trail.push(at);
-                    self.is_closed = next == self.start_triangle;
-                    if !ends_here {
-                        continue;
-                    }
-                    self.ends = ends;
-                    return Ok(());
-                }
-            };
-            self.ends = ends;
-            return Err(stop);
-        }
+        let (field, ray, section) = (self.field, self.ray, self.section);
+        let mut front = self.front;
+        let mut at = self.last().t;
+        let end = at + distance;
+        let way = loop {
+            if let Err(stop) = front.cross(field, &section, |_, p| foot(&ray, p)) {
+                break Err(stop);
+            }
+            let [from, to] = front.ends.map(|end| end.known);
+            let t = from + front.share * (to - from);
+            let ends_here = t >= end || t <= at;
+            at = t;
+            self.trail.push(Exit { t, triangle: front.triangle, side: front.side, share: front.share });
+            if ends_here {
+                break Ok(());
+            }
+        };
+        self.front = front;
+        way
     }
 
     /// Goes back to where a stride would have ended that began after so many triangles and was only so long.
@@ -135,16 +91,16 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
         let ends_at = |k: &usize| self.trail[*k].t >= end || self.trail[*k].t <= self.trail[*k - 1].t;
         let Some(last) = (began..self.trail.len() - 1).find(ends_at) else { return };
         self.trail.truncate(last + 1);
-        self.is_closed = false;
-        let Exit { triangle, side, .. } = self.trail[last];
-        let (vertices, side) = (self.field.surface().triangles()[triangle as usize], side as usize);
-        let positions = self.field.surface().positions();
-        self.ends = [side, (side + 1) % 3].map(|k| self.end(vertices[k], &positions[vertices[k] as usize]));
-    }
-
-    fn end(&self, vertex: u32, p: &Vec3) -> End {
-        let ([origin, normal], [ray_origin, ray]) = (&self.plane, &self.ray);
-        End { vertex, height: normal.dot(&(p - origin)), t: ray.dot(&(p - ray_origin)) }
+        let Exit { triangle, side, share, .. } = self.trail[last];
+        let corners = [side as usize, (side as usize + 1) % 3];
+        let (vertices, positions) = (self.field.surface().triangles(), self.field.surface().positions());
+        let ends = corners.map(|k| {
+            let vertex = vertices[triangle as usize][k];
+            let p = &positions[vertex as usize];
+            FrontEnd { vertex, height: self.section.height(*p), known: foot(&self.ray, p) }
+        });
+        let crossings = self.crossings();
+        self.front = Front { triangle, side, ends, share, crossings, ..self.front };
     }
 
     fn last(&self) -> &Exit {
@@ -164,11 +120,10 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
 
     /// Where the walk is, and the ends of the side that it crosses there.
     pub fn crossing(&self) -> (Vec3, [SideEnd; 2]) {
-        let share = self.last().share;
-        let position = |k: usize| self.field.surface().positions()[self.ends[k].vertex as usize];
-        let (p, q) = (position(0), position(1));
+        let Front { ends, share, .. } = self.front;
+        let [p, q] = ends.map(|end| self.field.surface().positions()[end.vertex as usize]);
         let end = |k: usize, position, weight| {
-            let End { vertex, height, .. } = self.ends[k];
+            let FrontEnd { vertex, height, .. } = ends[k];
             SideEnd { vertex, position, height, weight }
         };
         (p + (q - p) * share, [end(0, p, 1.0 - share), end(1, q, share)])
@@ -263,4 +218,9 @@ impl<'a, 'f> StrideWalk<'a, 'f> {
         let (_, [a, b]) = self.beyond(k - 1)?;
         Some(a + (b - a) * self.trail[k - 1].share)
     }
+}
+
+/// Distance along the ray of a point's foot on it.
+fn foot([origin, direction]: &[Vec3; 2], p: &Vec3) -> f64 {
+    direction.dot(&(p - origin))
 }
