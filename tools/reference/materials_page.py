@@ -92,10 +92,10 @@ def form_row(path, keep, forms):
     return "| " + " | ".join(cells) + " |"
 
 
-def torus_row(path, keep):
+def torus_row(path, keep, key="torus"):
     """A row of the table, and the shares that are left by the model with the paper's query and with the chord's."""
-    name, relative = path.stem, str(path.relative_to(ROOT))
-    result = report(keep, f"{name}-torus", "eval", relative, "--scenes", "torus", "--silhouettes-only")["results"][0]
+    name = path.stem
+    result = report(keep, f"{name}-{key}", "eval", str(path), "--scenes", "torus", "--silhouettes-only")["results"][0]
 
     def find(form, query):
         rows = result["silhouettes"]
@@ -113,7 +113,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keep", type=Path, help="keep the reports in this folder, and take those that are there")
     parser.add_argument("--forms", type=Path, help="folder with models of other forms, as above")
-    parser.add_argument("--tables", default="patches,holes,torus,forms", help="which to write")
+    parser.add_argument("--deep", type=Path, help="folder with models of twice the depth, as above")
+    parser.add_argument("--tables", default="patches,holes,torus,torus-deep,forms", help="which to write")
     args = parser.parse_args()
     keep = args.keep
     if keep:
@@ -126,11 +127,13 @@ def main():
         tables["patches"] = [row(path, keep) for path in solid]
     if "holes" in wanted:
         tables["holes"] = [hole_row(path, keep) for path in holes]
-    if "torus" in wanted:
-        on_torus = [torus_row(path, keep) for path in solid]
-        tables["torus"] = [line[0] for line in on_torus]
-        mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
-        print(f"mean share left on the torus: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
+    deep = [path for path in (args.deep / path.name for path in solid) if path.exists()] if args.deep else []
+    for key, models in [("torus", solid), ("torus-deep", deep)]:
+        if key in wanted and models:
+            on_torus = [torus_row(path.absolute(), keep, key) for path in models]
+            tables[key] = [line[0] for line in on_torus]
+            mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
+            print(f"mean share left, {key}: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
     if "forms" in wanted and args.forms:
         rows = [form_row(path, keep, args.forms) for path in solid]
         tables["forms"] = [row for row in rows if row]
