@@ -80,10 +80,12 @@ impl EffectPlan {
             "environment" => counters.environment_samples,
             "area lights" => counters.area_light_samples,
             "directional lights" => counters.directional_samples,
-            "interreflection" => counters.bounce_rays,
+            "interreflection" => counters.indirect_vertices,
             "textures" => counters.texture_lookups,
+            "shadow pass-through" => counters.shadow_pass_throughs,
             "silhouettes" => counters.reflectance_queries,
             "silhouette opacity" => counters.opacity_queries,
+            "below-horizon light" => counters.below_horizon_lights,
             "depth of field" => counters.lens_samples,
             "curvature" => counters.curvature_evaluations,
             "curvature filter" => counters.filter_walks,
@@ -141,6 +143,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
     let textured = materials.iter().filter(|m| m.textured).count();
     let silhouettes = materials.iter().filter(|m| m.silhouettes).count();
     let see_through = materials.iter().filter(|m| m.opacity < 1.0).count();
+    let passable = materials.iter().filter(|m| m.silhouettes || m.opacity < 1.0).count();
     let interreflection = interreflection(&materials, max_depth);
     let depth_of_field = scene.camera.has_depth_of_field();
     let effects = Effects {
@@ -169,8 +172,10 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         decided("interreflection", interreflection, 0.8 * (max_depth.min(4) as f32 - 1.0)),
         counted("textures", textured, "surfaces have a texture", 0.05),
         counted("transparency", see_through, "surfaces let light through", 0.5),
+        counted("shadow pass-through", passable, "surfaces may let a ray to a light pass", 0.2),
         counted("silhouettes", silhouettes, "surfaces have silhouettes", 1.0),
         decided("silhouette opacity", opacity, 0.2),
+        counted("below-horizon light", silhouettes, "surfaces may reflect it", 0.05),
         Decision {
             effect: "depth of field",
             needed: depth_of_field,
@@ -189,9 +194,10 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
     let asking: Vec<&Demand> = demands.iter().flatten().collect();
     let curved = |o: &&MeshInstance| o.curvature.is_some() || o.field.is_some();
     let baked = scene.objects.iter().filter(curved).count();
+    let takes = asking.iter().filter(|demand| demand.takes_curvature).count();
     let told = asking.iter().filter(|demand| demand.curvature.is_ok()).count();
     let by = scene.filter.name();
-    if asking.is_empty() {
+    if takes == 0 {
         let reason =
             format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
         return (Err(reason.clone()), Err(format!("{reason}, by `{by}`")));
@@ -200,7 +206,7 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
         let reason = "no object whose material asks for curvature carries any but zero".to_owned();
         return (Err(reason.clone()), Err(reason));
     }
-    let reason = format!("asked for by the materials of {} objects, {told} of which are bent", asking.len());
+    let reason = format!("asked for by the materials of {} objects, {told} of which are bent", takes);
     let filter = match scene.filter {
         FilterKind::Point => Err("curvature is taken at the point".into()),
         _ => Ok(format!("`{by}`, for {told} objects")),
@@ -210,7 +216,7 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
 
 fn object_decisions(scene: &Scene, demands: &[Option<Demand>]) -> Vec<ObjectDecision> {
     let decision = |(object, (instance, demand)): (usize, (&MeshInstance, &Option<Demand>))| {
-        let Demand { curvature, opacity } = demand.clone()?;
+        let Demand { curvature, opacity, .. } = demand.clone()?;
         let material = match &instance.surface {
             SurfaceSource::Material(material) => material.name.clone(),
             SurfaceSource::Mesh => String::new(),

@@ -17,6 +17,7 @@ use crate::demand::{Demand, demands};
 use crate::geometry::{Geometry, Placed};
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
+use crate::present::{CURVATURE, OPACITY};
 use crate::scene::{Material, MeshInstance, Placement, RayCurvature, Scene, SurfaceSource};
 
 /// Why a scene cannot be rendered.
@@ -61,6 +62,14 @@ pub enum SceneError {
         object: usize,
         /// Triangles so far.
         triangles: u64,
+    },
+    /// An effect that this build was made without, see [`EFFECTS`](crate::EFFECTS).
+    #[error("the scene calls for {effect} ({reason}), which this build lacks; build it without OSCULATE_WITHOUT")]
+    Lacking {
+        /// Which one.
+        effect: &'static str,
+        /// Why it is called for.
+        reason: String,
     },
     /// An image without pixels, or larger than any use.
     #[error("an image of {width} x {height} pixels; each side must be 1 to 32768")]
@@ -176,8 +185,10 @@ impl Prepared {
     }
 
     /// What the material of an object is told.
+    #[inline(always)]
     pub(crate) fn told(&self, object: usize) -> Told {
-        self.told[object]
+        let Told { curvature, opacity } = self.told[object];
+        Told { curvature: CURVATURE && curvature, opacity: OPACITY && opacity }
     }
 
     /// The area light that a triangle belongs to.

@@ -12,6 +12,7 @@ use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
 use crate::counters::Counters;
 use crate::math::Frame;
+use crate::present::OPACITY;
 use crate::prepared::{Facet, Prepared};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 
@@ -86,6 +87,11 @@ impl<'a> Met<'a> {
         let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
         let uv_from_tangent = uv_per_length(corners, uvs, &frame);
+        let known = told.curvature && purpose == Purpose::Shadow && material.query == QueryForm::Paper;
+        if known && SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, None, wo).is_opaque() {
+            counters.curvature_skips += 1;
+            return Some(Self::Opaque);
+        }
         let along = if told.curvature {
             scene.ray_curvature((object, triangle), hit.barycentrics, wo, counters)
         } else {
@@ -145,14 +151,20 @@ impl<'a> SilhouettePoint<'a> {
         Incidence { uv: self.uv, wo: self.wo, kappa_hat: self.kappa_hat }
     }
 
+    /// Whether the ray comes so steeply that the material is opaque whatever its curvature.
+    fn is_opaque(&self) -> bool {
+        self.wo.z >= self.btf().opaque_from()
+    }
+
     /// Whether the opacity has to be asked for; otherwise it is 1.
+    #[inline(always)]
     pub(crate) fn asks_opacity(&self) -> bool {
-        self.asks_opacity
+        OPACITY && self.asks_opacity
     }
 
     /// Share of rays that hit.
     pub(crate) fn alpha(&self, counters: &mut Counters) -> f32 {
-        if !self.asks_opacity {
+        if !self.asks_opacity() {
             return 1.0;
         }
         counters.opacity_queries += 1;

@@ -1,0 +1,82 @@
+//! Leaving an effect out changes nothing: for every effect of a plan, scenes that do without it, as planned and with everything forced on.
+
+#[path = "support/pairs.rs"]
+mod pairs;
+mod support;
+
+use osculate_render::{EFFECTS, Effects, Queries, RenderOptions, Rendering, StopRule, plan};
+use pairs::{ALL_BUT_A_SUN, Case, pair};
+use support::run;
+
+fn planned(case: &Case, queries: Queries) -> RenderOptions {
+    RenderOptions {
+        stop: StopRule::Samples(4),
+        max_depth: case.max_depth,
+        queries,
+        ..RenderOptions::default()
+    }
+}
+
+/// Effects whose scenes make a forced render do what the planned one leaves out; the rest are asked for by something in the scene that
+/// is not there to be forced.
+const SEEN_TO_BE_DONE: [&str; 3] = ["silhouette opacity", "curvature", "curvature filter"];
+
+/// Largest difference of a pixel, relative to the brightest.
+fn apart(a: &Rendering, b: &Rendering) -> f32 {
+    let (a, b) = (a.film.radiance(), b.film.radiance());
+    let brightest = a.iter().map(|p| p.max_element()).fold(0.0, f32::max);
+    std::iter::zip(&a, &b).map(|(a, b)| (*a - *b).abs().max_element() / brightest).fold(0.0, f32::max)
+}
+
+/// What walks find on a plane differs from what is known of it by rounding.
+const ROUNDING: f32 = 1e-3;
+
+#[test]
+fn every_effect_that_is_left_out_could_not_change_a_bit() {
+    for effect in EFFECTS {
+        let pair = pair(effect).unwrap_or_else(|| panic!("no scenes with and without {effect}"));
+        let decided = |case: &Case| plan(&case.scene, case.max_depth).decision(effect).map(|d| d.needed);
+        assert_eq!(decided(&pair.with), Some(true), "{effect}");
+        let with = run(&pair.with.scene, &planned(&pair.with, Queries::default()));
+        assert_eq!(plan(&pair.with.scene, 4).contradictions(&with.counters), Vec::<String>::new(), "{effect}");
+        let mut was_done = false;
+        let mut largest = 0.0_f32;
+        for (k, case) in pair.without.iter().enumerate() {
+            assert_eq!(decided(case), Some(false), "{effect}, case {k}");
+            for queries in [Queries::default(), Queries::Single] {
+                let options = planned(case, queries);
+                let rendering = run(&case.scene, &options);
+                let forced = run(&case.scene, &RenderOptions { force: Some(Effects::ALL), ..options });
+                let name = format!("{effect}, case {k}, {queries:?}");
+                let bound = if case.is_exact { 0.0 } else { ROUNDING };
+                let apart = apart(&rendering, &forced);
+                assert!(apart <= bound, "{name}: {apart}");
+                largest = largest.max(apart);
+                let plan = plan(&case.scene, case.max_depth);
+                assert_eq!(plan.contradictions(&rendering.counters), Vec::<String>::new(), "{name}");
+                let broken = plan.contradictions(&forced.counters);
+                was_done |= broken.iter().any(|message| message.starts_with(effect));
+            }
+        }
+        println!("{effect}: {largest}");
+        assert_eq!(was_done, SEEN_TO_BE_DONE.contains(&effect), "{effect}");
+    }
+}
+
+#[test]
+fn a_plan_decides_on_every_effect_in_order() {
+    for effect in EFFECTS.into_iter().chain([ALL_BUT_A_SUN]) {
+        let pair = pair(effect).unwrap_or_else(|| panic!("no scenes with and without {effect}"));
+        for case in pair.without.iter().chain([&pair.with]) {
+            let plan = plan(&case.scene, case.max_depth);
+            let names: Vec<&str> = plan.decisions.iter().map(|d| d.effect).collect();
+            assert_eq!(names, EFFECTS);
+            assert!(plan.decisions.iter().all(|d| !d.reason.is_empty() && (d.relative_cost > 0.0) == d.needed));
+        }
+    }
+    // The least that shows anything calls for one effect.
+    let least = pair(ALL_BUT_A_SUN).expect("a pair");
+    let plan = plan(&least.without[0].scene, least.without[0].max_depth);
+    let needed: Vec<&str> = plan.decisions.iter().filter(|d| d.needed).map(|d| d.effect).collect();
+    assert_eq!(needed, ["directional lights"]);
+}
