@@ -25,6 +25,8 @@ pub(crate) struct Demand {
     pub takes_curvature: bool,
     pub curvature: Reason,
     pub opacity: Reason,
+    /// Least cosine at which a ray to a light is stopped whatever the curvature, where the curvature and the opacity would otherwise be asked for.
+    pub opaque_from: Option<f32>,
 }
 
 /// How a mesh is bent, as far as it matters.
@@ -80,8 +82,18 @@ impl Demand {
             }
             (SeeThrough::WhereConvex, _) => Ok("rays may pass where it is convex".to_owned()),
         };
-        Self { takes_curvature, curvature, opacity }
+        let opaque_from = (curvature.is_ok() && opacity.is_ok()).then(|| known_from(material)).flatten();
+        let said = |from: f32| format!("bent; not for rays to lights at cosines over {from:.3}: opaque whatever it is");
+        let curvature = opaque_from.map_or(curvature, |from| Ok(said(from)));
+        Self { takes_curvature, curvature, opacity, opaque_from }
     }
+}
+
+/// The least cosine at which a material is opaque whatever the curvature. In the chord query the cosine is one of the ray in the material's
+/// metric, which is not known before the ray has been followed.
+fn known_from(material: &SilhouetteMaterial) -> Option<f32> {
+    let from = material.btf.opaque_from();
+    (material.query == QueryForm::Paper && from < 1.0).then_some(from)
 }
 
 fn bend(object: &MeshInstance) -> Bend {

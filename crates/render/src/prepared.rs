@@ -122,10 +122,12 @@ pub(crate) struct Told {
     pub curvature: bool,
     /// Whether it is asked for its opacity at all.
     pub opacity: bool,
+    /// Whether rays to lights that come steeply enough are stopped without being told the curvature.
+    pub steep_is_opaque: bool,
 }
 
 impl Told {
-    const ALL: Self = Self { curvature: true, opacity: true };
+    const ALL: Self = Self { curvature: true, opacity: true, steep_is_opaque: false };
 }
 
 impl Prepared {
@@ -187,8 +189,8 @@ impl Prepared {
     /// What the material of an object is told.
     #[inline(always)]
     pub(crate) fn told(&self, object: usize) -> Told {
-        let Told { curvature, opacity } = self.told[object];
-        Told { curvature: CURVATURE && curvature, opacity: OPACITY && opacity }
+        let Told { curvature, opacity, steep_is_opaque } = self.told[object];
+        Told { curvature: CURVATURE && curvature, opacity: OPACITY && opacity, steep_is_opaque }
     }
 
     /// The area light that a triangle belongs to.
@@ -260,7 +262,11 @@ impl Prepared {
 }
 
 fn told(scene: &Scene) -> Vec<Told> {
-    let of = |demand: Demand| Told { curvature: demand.curvature.is_ok(), opacity: demand.opacity.is_ok() };
+    let of = |demand: Demand| Told {
+        curvature: demand.curvature.is_ok(),
+        opacity: demand.opacity.is_ok(),
+        steep_is_opaque: demand.opaque_from.is_some(),
+    };
     demands(scene).into_iter().map(|demand| demand.map_or(Told::ALL, of)).collect()
 }
 

@@ -87,10 +87,12 @@ impl<'a> Met<'a> {
         let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
         let uv_from_tangent = uv_per_length(corners, uvs, &frame);
-        let known = told.curvature && purpose == Purpose::Shadow && material.query == QueryForm::Paper;
-        if known && SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, None, wo).is_opaque() {
-            counters.curvature_skips += 1;
-            return Some(Self::Opaque);
+        if told.steep_is_opaque && purpose == Purpose::Shadow {
+            let flat = SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, None, wo);
+            if flat.wo.z >= material.btf.opaque_from() {
+                counters.curvature_skips += 1;
+                return Some(Self::Opaque);
+            }
         }
         let along = if told.curvature {
             scene.ray_curvature((object, triangle), hit.barycentrics, wo, counters)
@@ -149,11 +151,6 @@ impl<'a> SilhouettePoint<'a> {
     /// The query without a light.
     pub(crate) fn incidence(&self) -> Incidence {
         Incidence { uv: self.uv, wo: self.wo, kappa_hat: self.kappa_hat }
-    }
-
-    /// Whether the ray comes so steeply that the material is opaque whatever its curvature.
-    fn is_opaque(&self) -> bool {
-        self.wo.z >= self.btf().opaque_from()
     }
 
     /// Whether the opacity has to be asked for; otherwise it is 1.

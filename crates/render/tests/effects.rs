@@ -4,7 +4,12 @@
 mod pairs;
 mod support;
 
-use osculate_render::{EFFECTS, Effects, Queries, RenderOptions, Rendering, StopRule, plan};
+use std::sync::Arc;
+
+use osculate_render::scene::{QueryForm, SilhouetteMaterial, SurfaceSource};
+use osculate_render::{EFFECTS, Effects, Material, Queries, RenderOptions, Rendering, StopRule, plan};
+use osculate_sbtf::infer::{self, Precision, StoredModel};
+use osculate_sbtf::model::{Architecture, Model};
 use pairs::{ALL_BUT_A_SUN, Case, pair};
 use support::run;
 
@@ -79,4 +84,68 @@ fn a_plan_decides_on_every_effect_in_order() {
     let plan = plan(&least.without[0].scene, least.without[0].max_depth);
     let needed: Vec<&str> = plan.decisions.iter().filter(|d| d.needed).map(|d| d.effect).collect();
     assert_eq!(needed, ["directional lights"]);
+}
+
+/// Stones in the paper's form, asked as the paper does, over a floor that they cast shadows on.
+fn shadowed() -> Case {
+    let mut case = pair("curvature filter").expect("a pair").with;
+    let floor = pair("environment").expect("a pair").with.scene.objects[1].clone();
+    case.scene.objects.push(floor);
+    case
+}
+
+fn with_silhouette(case: &mut Case, change: impl FnOnce(&mut SilhouetteMaterial)) {
+    let SurfaceSource::Material(Material { silhouette: Some(material), .. }) =
+        &mut case.scene.objects[0].surface
+    else {
+        panic!("a material with silhouettes")
+    };
+    change(material);
+}
+
+#[test]
+fn shadow_rays_from_steeply_above_need_no_curvature() {
+    let mut case = shadowed();
+    with_silhouette(&mut case, |material| material.query = QueryForm::Paper);
+    for queries in [Queries::default(), Queries::Single] {
+        let options = planned(&case, queries);
+        let rendering = run(&case.scene, &options);
+        let forced = run(&case.scene, &RenderOptions { force: Some(Effects::ALL), ..options });
+        assert!(rendering.film.radiance() == forced.film.radiance(), "{queries:?}");
+        let (counted, all) = (rendering.counters, forced.counters);
+        let skips = counted.curvature_skips;
+        assert!(skips > 100 && 10 * skips > counted.shadow_rays / 10, "{counted:?}");
+        assert_eq!(counted.curvature_evaluations + skips, all.curvature_evaluations);
+        assert_eq!((counted.filter_walks + skips, all.curvature_skips), (all.filter_walks, 0));
+        assert!(counted.opacity_queries + skips == all.opacity_queries);
+    }
+    let reasons = |case: &Case| plan(&case.scene, 4).objects[0].curvature_reason.clone();
+    assert!(reasons(&case).contains("rays to lights"), "{}", reasons(&case));
+    // The chord query has the ray's cosine from the walk.
+    assert_eq!(reasons(&shadowed()), "bent");
+    assert_eq!(run(&shadowed().scene, &planned(&case, Queries::default())).counters.curvature_skips, 0);
+}
+
+#[test]
+fn materials_that_make_nothing_of_curvature_are_told_none() {
+    let model = StoredModel::new(&Model::untrained(Architecture::neumip(0.1), 5), Precision::F16);
+    for (query, needed) in [(QueryForm::Paper, false), (QueryForm::Chord, true)] {
+        let mut case = shadowed();
+        with_silhouette(&mut case, |material| {
+            material.btf = Arc::new(infer::Material::new(&model));
+            material.query = query;
+        });
+        let plan = plan(&case.scene, case.max_depth);
+        let decided = |effect: &str| plan.decision(effect).map(|d| d.needed);
+        assert_eq!((decided("curvature"), decided("curvature filter")), (Some(needed), Some(needed)));
+        assert_eq!(plan.objects[0].curvature, needed, "{}", plan.objects[0].curvature_reason);
+        for queries in [Queries::default(), Queries::Single] {
+            let options = planned(&case, queries);
+            let rendering = run(&case.scene, &options);
+            let forced = run(&case.scene, &RenderOptions { force: Some(Effects::ALL), ..options });
+            assert!(rendering.film.radiance() == forced.film.radiance(), "{query:?}, {queries:?}");
+            assert_eq!(rendering.counters.filter_walks > 0, needed);
+            assert!(forced.counters.filter_walks > 1000);
+        }
+    }
 }
