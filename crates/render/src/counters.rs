@@ -29,6 +29,8 @@ pub struct Counters {
     pub shadow_pass_throughs: u64,
     /// Opacities asked of materials with silhouettes.
     pub opacity_queries: u64,
+    /// Places below the surface asked of materials with silhouettes.
+    pub offset_queries: u64,
     /// Reflectances asked of materials with silhouettes.
     pub reflectance_queries: u64,
     /// Lights drawn below the horizon of a material with silhouettes.
@@ -59,6 +61,7 @@ impl std::ops::AddAssign for Counters {
         self.pass_throughs += o.pass_throughs;
         self.shadow_pass_throughs += o.shadow_pass_throughs;
         self.opacity_queries += o.opacity_queries;
+        self.offset_queries += o.offset_queries;
         self.reflectance_queries += o.reflectance_queries;
         self.below_horizon_lights += o.below_horizon_lights;
         self.lens_samples += o.lens_samples;

@@ -25,6 +25,8 @@ pub(crate) struct Demand {
     pub takes_curvature: bool,
     pub curvature: Reason,
     pub opacity: Reason,
+    /// Whether what is seen lies below the surface, and so beside the point where the ray meets it.
+    pub offset: bool,
     /// Least cosine at which a ray to a light is stopped whatever the curvature, where the curvature and the opacity would otherwise be asked for.
     pub opaque_from: Option<f32>,
 }
@@ -85,7 +87,7 @@ impl Demand {
         let opaque_from = (curvature.is_ok() && opacity.is_ok()).then(|| known_from(material)).flatten();
         let said = |from: f32| format!("bent; not for rays to lights at cosines over {from:.3}: opaque whatever it is");
         let curvature = opaque_from.map_or(curvature, |from| Ok(said(from)));
-        Self { takes_curvature, curvature, opacity, opaque_from }
+        Self { takes_curvature, curvature, opacity, offset: material.depth > 0.0, opaque_from }
     }
 }
 

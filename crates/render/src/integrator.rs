@@ -94,7 +94,7 @@ fn path(
         }
         counters.indirect_vertices += u64::from(depth > 0);
         let vertex = match silhouette {
-            Some(point) if effects.silhouettes() => Vertex::Silhouette(point.enter()),
+            Some(point) if effects.silhouettes() => Vertex::Silhouette(point.enter(counters)),
             _ => surface_vertex(scene, effects, &hit, -ray.direction, counters),
         };
         let receiver = vertex.receiver();

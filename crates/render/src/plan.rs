@@ -85,6 +85,7 @@ impl EffectPlan {
             "shadow pass-through" => counters.shadow_pass_throughs,
             "silhouettes" => counters.reflectance_queries,
             "silhouette opacity" => counters.opacity_queries,
+            "parallax offset" => counters.offset_queries,
             "below-horizon light" => counters.below_horizon_lights,
             "depth of field" => counters.lens_samples,
             "curvature" => counters.curvature_evaluations,
@@ -128,8 +129,8 @@ impl fmt::Display for EffectPlan {
 /// Examines a scene for paths of at most `max_depth` surfaces.
 ///
 /// Every "no" is exact: the effect could not change a bit of the picture. With one exception, on objects that are flat: the
-/// normals of their triangles are within 1e-6 radians of each other, and what curvature rounding makes of that counts as zero. The picture is colour; curvature is evaluated only
-/// when pictures of curvature are asked for, see [`crate::aov::aovs`].
+/// normals of their triangles are within 1e-6 radians of each other, and what curvature rounding makes of that counts as zero, as does what
+/// it makes of the rate of their UV along a chord. The picture is colour; curvature is evaluated only when pictures of curvature are asked for, see [`crate::aov::aovs`].
 #[must_use]
 pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
     let materials = materials(scene);
@@ -165,6 +166,12 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         (all, 0) => Err(format!("all {all} surfaces with silhouettes are known to be opaque")),
         (all, asked) => Ok(format!("{asked} of {all} surfaces with silhouettes may let rays pass")),
     };
+    let deep = demands.iter().flatten().filter(|demand| demand.offset).count();
+    let offset = match (objects.len(), deep) {
+        (0, _) => Err("no surfaces have silhouettes".to_owned()),
+        (all, 0) => Err(format!("the materials of all {all} surfaces with silhouettes have no depth")),
+        (_, deep) => Ok(format!("the materials of {deep} surfaces have a depth")),
+    };
     let decisions = vec![
         decided("environment", environment, 0.5),
         counted("area lights", rectangles, "rectangle lights", 0.5),
@@ -175,6 +182,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         counted("shadow pass-through", passable, "surfaces may let a ray to a light pass", 0.2),
         counted("silhouettes", silhouettes, "surfaces have silhouettes", 1.0),
         decided("silhouette opacity", opacity, 0.2),
+        decided("parallax offset", offset, 0.1),
         counted("below-horizon light", silhouettes, "surfaces may reflect it", 0.05),
         Decision {
             effect: "depth of field",

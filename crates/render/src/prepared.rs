@@ -17,7 +17,7 @@ use crate::demand::{Demand, demands};
 use crate::geometry::{Geometry, Placed};
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
-use crate::present::{CURVATURE, OPACITY};
+use crate::present::{CURVATURE, OFFSET, OPACITY};
 use crate::scene::{Material, MeshInstance, Placement, RayCurvature, Scene, SurfaceSource};
 
 /// Why a scene cannot be rendered.
@@ -122,12 +122,14 @@ pub(crate) struct Told {
     pub curvature: bool,
     /// Whether it is asked for its opacity at all.
     pub opacity: bool,
+    /// Whether it is asked where it is hit; otherwise that is where the ray meets the surface.
+    pub offset: bool,
     /// Whether rays to lights that come steeply enough are stopped without being told the curvature.
     pub steep_is_opaque: bool,
 }
 
 impl Told {
-    const ALL: Self = Self { curvature: true, opacity: true, steep_is_opaque: false };
+    const ALL: Self = Self { curvature: true, opacity: true, offset: true, steep_is_opaque: false };
 }
 
 impl Prepared {
@@ -189,8 +191,13 @@ impl Prepared {
     /// What the material of an object is told.
     #[inline(always)]
     pub(crate) fn told(&self, object: usize) -> Told {
-        let Told { curvature, opacity, steep_is_opaque } = self.told[object];
-        Told { curvature: CURVATURE && curvature, opacity: OPACITY && opacity, steep_is_opaque }
+        let told = self.told[object];
+        Told {
+            curvature: CURVATURE && told.curvature,
+            opacity: OPACITY && told.opacity,
+            offset: OFFSET && told.offset,
+            ..told
+        }
     }
 
     /// The area light that a triangle belongs to.
@@ -265,6 +272,7 @@ fn told(scene: &Scene) -> Vec<Told> {
     let of = |demand: Demand| Told {
         curvature: demand.curvature.is_ok(),
         opacity: demand.opacity.is_ok(),
+        offset: demand.offset,
         steep_is_opaque: demand.opaque_from.is_some(),
     };
     demands(scene).into_iter().map(|demand| demand.map_or(Told::ALL, of)).collect()

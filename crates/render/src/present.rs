@@ -16,7 +16,7 @@ use crate::plan::EffectPlan;
 use crate::prepared::SceneError;
 
 /// Names of all effects that a plan decides on, in its order.
-pub const EFFECTS: [&str; 13] = [
+pub const EFFECTS: [&str; 14] = [
     "environment",
     "area lights",
     "directional lights",
@@ -26,6 +26,7 @@ pub const EFFECTS: [&str; 13] = [
     "shadow pass-through",
     "silhouettes",
     "silhouette opacity",
+    "parallax offset",
     "below-horizon light",
     "depth of field",
     "curvature",
@@ -53,6 +54,9 @@ pub(crate) const OPACITY: bool = has("silhouette opacity");
 
 /// Whether materials are told curvature.
 pub(crate) const CURVATURE: bool = has("curvature");
+
+/// Whether rays go on to where they hit below the surface.
+pub(crate) const OFFSET: bool = has("parallax offset");
 
 /// Whether curvature goes through the fields' filters.
 pub(crate) const FILTER: bool = has("curvature filter");

@@ -12,7 +12,7 @@ use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
 use crate::counters::Counters;
 use crate::math::Frame;
-use crate::present::OPACITY;
+use crate::present::{OFFSET, OPACITY};
 use crate::prepared::{Facet, Prepared};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 
@@ -58,6 +58,8 @@ pub(crate) struct SilhouettePoint<'a> {
     kappa_hat: f32,
     /// Whether the opacity is not known beforehand.
     asks_opacity: bool,
+    /// Whether what it shows may lie beside the point.
+    asks_offset: bool,
 }
 
 impl<'a> Met<'a> {
@@ -100,7 +102,7 @@ impl<'a> Met<'a> {
             None
         };
         let point = SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo);
-        Some(Self::Front(SilhouettePoint { asks_opacity: told.opacity, ..point }))
+        Some(Self::Front(SilhouettePoint { asks_opacity: told.opacity, asks_offset: told.offset, ..point }))
     }
 }
 
@@ -140,6 +142,7 @@ impl<'a> SilhouettePoint<'a> {
             wo: (-rate * sine * azimuth).extend(local.z).normalize(),
             kappa_hat: along.map_or(0.0, |a| a.kappa) * material.tile_size / (rate * rate),
             asks_opacity: true,
+            asks_offset: true,
         }
     }
 
@@ -168,8 +171,23 @@ impl<'a> SilhouettePoint<'a> {
         self.btf().alpha(self.uv, self.wo, self.kappa_hat)
     }
 
+    /// Whether it has to be asked where the material is hit; otherwise that is [`Self::unmoved`].
+    #[inline(always)]
+    pub(crate) fn asks_offset(&self) -> bool {
+        OFFSET && self.asks_offset
+    }
+
+    /// The material hit where the ray meets the surface.
+    pub(crate) fn unmoved(&self) -> Entry {
+        Entry { uv: self.uv, wo: self.wo, kappa_hat: self.kappa_hat, hit_uv: self.uv }
+    }
+
     /// The point as a path vertex.
-    pub(crate) fn enter(self) -> SilhouetteVertex<'a> {
+    pub(crate) fn enter(self, counters: &mut Counters) -> SilhouetteVertex<'a> {
+        if !self.asks_offset() {
+            return self.entered(self.unmoved());
+        }
+        counters.offset_queries += 1;
         self.entered(self.btf().enter(self.uv, self.wo, self.kappa_hat))
     }
 

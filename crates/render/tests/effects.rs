@@ -6,8 +6,9 @@ mod support;
 
 use std::sync::Arc;
 
-use osculate_render::scene::{QueryForm, SilhouetteMaterial, SurfaceSource};
+use osculate_render::scene::{LoadRequest, LoadedMesh, QueryForm, SceneFile, SilhouetteMaterial, SurfaceSource};
 use osculate_render::{EFFECTS, Effects, Material, Queries, RenderOptions, Rendering, StopRule, plan};
+use osculate_sbtf::file::{ModelFile, Provenance};
 use osculate_sbtf::infer::{self, Precision, StoredModel};
 use osculate_sbtf::model::{Architecture, Model};
 use pairs::{ALL_BUT_A_SUN, Case, pair};
@@ -24,7 +25,8 @@ fn planned(case: &Case, queries: Queries) -> RenderOptions {
 
 /// Effects whose scenes make a forced render do what the planned one leaves out; the rest are asked for by something in the scene that
 /// is not there to be forced.
-const SEEN_TO_BE_DONE: [&str; 3] = ["silhouette opacity", "curvature", "curvature filter"];
+const SEEN_TO_BE_DONE: [&str; 4] =
+    ["silhouette opacity", "parallax offset", "curvature", "curvature filter"];
 
 /// Largest difference of a pixel, relative to the brightest.
 fn apart(a: &Rendering, b: &Rendering) -> f32 {
@@ -148,4 +150,40 @@ fn materials_that_make_nothing_of_curvature_are_told_none() {
             assert!(forced.counters.filter_walks > 1000);
         }
     }
+}
+
+/// A model of the baseline's form is asked as the baseline is, whichever key of a scene names it, and its mesh needs no curvature.
+#[test]
+fn one_form_of_model_is_asked_in_one_way() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, form: Architecture| {
+        let model = StoredModel::new(&Model::untrained(form, 5), Precision::U8);
+        let file = ModelFile { model, provenance: Provenance::default(), sampler: None };
+        file.write(&folder.path().join(name)).expect("a file");
+    };
+    write("neumip.sbtf", Architecture::neumip(0.1));
+    write("paper.sbtf", Architecture::paper(0.1));
+    let object = shadowed().scene.objects[0].clone();
+    let build = |line: &str| {
+        let text = format!(
+            "[image]\nwidth = 40\nheight = 30\n[environment]\nradiance = [1.0, 1.0, 1.0]\n\
+             [[mesh]]\nshape = \"torus:1,0.45\"\nmaterial = \"m\"\n[material.m]\n{line}\ntiles = [6.0, 3.0]\n"
+        );
+        let mut wanted = false;
+        let mut load = |request: &LoadRequest<'_>| {
+            wanted = request.shell.is_some();
+            let field = object.field.clone().filter(|_| wanted);
+            Ok(LoadedMesh { mesh: Arc::clone(&object.mesh), curvature: None, field })
+        };
+        let file = SceneFile::parse(&text, "scene.toml").expect("a scene");
+        let scene = file.build(&folder.path().join("scene.toml"), &mut load).expect("its mesh");
+        (Case { scene, max_depth: 4, is_exact: true }, wanted)
+    };
+    let [model, baseline] = ["model", "baseline"].map(|key| build(&format!("{key} = \"neumip.sbtf\"")));
+    assert!(!model.1 && !baseline.1 && build("model = \"paper.sbtf\"").1);
+    let shown = |case: &Case| run(&case.scene, &planned(case, Queries::default()));
+    let (model, baseline) = (shown(&model.0), shown(&baseline.0));
+    assert!(model.film.radiance() == baseline.film.radiance());
+    assert_eq!((model.counters.curvature_evaluations, model.counters), (0, baseline.counters));
+    assert!(model.counters.reflectance_queries > 1000);
 }

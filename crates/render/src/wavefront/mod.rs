@@ -173,7 +173,7 @@ fn vertices<'a>(
     counters: &mut Counters,
 ) -> Vec<Node<'a>> {
     let points: Vec<_> = arrived.iter().filter_map(|(_, found)| found.silhouette).collect();
-    let mut entries = batches.entries(&points).into_iter();
+    let mut entries = batches.entries(&points, counters).into_iter();
     let node = |(path, Found { hit, silhouette }): (usize, Found<'a>)| {
         let vertex = match silhouette.and_then(|point| Some(point.entered(entries.next()?))) {
             Some(entered) => Vertex::Silhouette(entered),

@@ -14,6 +14,8 @@ use osculate_render::scene::{
 };
 use osculate_render::{Camera, Environment, Light, Material, MeshInstance, RectangleLight, Scene, Texture};
 use osculate_sbtf::file::ModelFile;
+use osculate_sbtf::infer::{self, Precision, StoredModel};
+use osculate_sbtf::model::{Architecture, Model};
 use osculate_sbtf::sampling::Sampler;
 
 /// A scene, and how many surfaces a path may have in it.
@@ -50,6 +52,12 @@ pub fn pair(effect: &str) -> Option<Pair> {
         }
         "textures" => pair_of(textured(), [clay([sun()], SKY)]),
         "transparency" | "shadow pass-through" => pair_of(behind_a_pane(), [clay([sun()], SKY)]),
+        "parallax offset" => {
+            let mut shallow = stones(&Form::Torus, Filter::Point);
+            let (_, material) = model(&without_depth(), Sampler::cosine(), [6.0, 3.0]);
+            shallow.scene.objects[0].surface = SurfaceSource::Material(material);
+            pair_of(stones(&Form::Torus, Filter::Point), [shallow, clay([sun()], SKY)])
+        }
         "silhouettes" | "below-horizon light" => {
             pair_of(stones(&Form::Torus, Filter::Point), [clay([sun()], SKY)])
         }
@@ -205,15 +213,20 @@ fn patch(bend: f64) -> Mesh {
 fn stone(tiles: [f32; 2]) -> (f32, Material) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/materials/stone-1.sbtf");
     let file = ModelFile::read(&path).expect("the shipped model");
-    let depth = file.model.architecture.depth;
-    let silhouette = SilhouetteMaterial {
-        btf: Arc::new(osculate_sbtf::infer::Material::new(&file.model)),
-        depth,
-        tiles,
-        tile_size: 1.0,
-        sampler: Arc::new(file.sampler.unwrap_or_else(Sampler::cosine)),
-        query: QueryForm::Chord,
-    };
+    model(&file.model, file.sampler.unwrap_or_else(Sampler::cosine), tiles)
+}
+
+/// A model, untrained, of something without depth.
+fn without_depth() -> StoredModel {
+    StoredModel::new(&Model::untrained(Architecture::taps(0.0), 4), Precision::U8)
+}
+
+/// The depth of a model, and a material of it.
+fn model(model: &StoredModel, sampler: Sampler, tiles: [f32; 2]) -> (f32, Material) {
+    let depth = model.architecture.depth;
+    let btf = Arc::new(infer::Material::new(model));
+    let (sampler, query) = (Arc::new(sampler), QueryForm::Chord);
+    let silhouette = SilhouetteMaterial { btf, depth, tiles, tile_size: 1.0, sampler, query };
     (depth, Material { silhouette: Some(silhouette), ..Material::default() })
 }
 
