@@ -1,5 +1,5 @@
-//! Renders one scene of a pair, with or without an effect, on one thread: to count the instructions of
-//! (`tools/reference/effect_pairs.py`). Prints a hash of the picture's bits.
+//! Renders one scene of a pair, with or without an effect, or without it and yet forced to simulate it, on one thread: to count the instructions
+//! of (`tools/reference/effect_pairs.py`). Prints a hash of the picture's bits.
 //!
 //!     effect_pairs list
 //!     effect_pairs "curvature filter" without 8
@@ -10,7 +10,7 @@ mod pairs;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 
-use osculate_render::{EFFECTS, RenderOptions, StopRule, render};
+use osculate_render::{EFFECTS, RenderOptions, StopRule, plan, render};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -22,8 +22,8 @@ fn main() -> ExitCode {
             }
             Ok(())
         }
-        [effect, side @ ("with" | "without"), samples] => picture(effect, side, samples),
-        _ => Err("usage: effect_pairs list | EFFECT with|without SAMPLES".to_owned()),
+        [effect, side @ ("with" | "without" | "forced"), samples] => picture(effect, side, samples),
+        _ => Err("usage: effect_pairs list | EFFECT with|without|forced SAMPLES".to_owned()),
     };
     let Err(message) = done else { return ExitCode::SUCCESS };
     eprintln!("error: {message}");
@@ -36,7 +36,9 @@ fn picture(effect: &str, side: &str, samples: &str) -> Result<(), String> {
     let case = case.ok_or_else(|| format!("no scene without {effect}"))?;
     let samples: u32 = samples.parse().map_err(|_| format!("{samples:?} is not a number of samples"))?;
     let stop = StopRule::Samples(samples);
-    let options = RenderOptions { stop, max_depth: case.max_depth, ..RenderOptions::default() };
+    let planned = plan(&case.scene, case.max_depth).effects();
+    let force = (side == "forced").then(|| pairs::forcing(effect, planned));
+    let options = RenderOptions { stop, force, max_depth: case.max_depth, ..RenderOptions::default() };
     // This thread is the pool, so that no other one waits in a loop.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
     let rendering = pool

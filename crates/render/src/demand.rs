@@ -85,7 +85,9 @@ impl Demand {
             (SeeThrough::WhereConvex, _) => Ok("rays may pass where it is convex".to_owned()),
         };
         let opaque_from = (curvature.is_ok() && opacity.is_ok()).then(|| known_from(material)).flatten();
-        let said = |from: f32| format!("bent; not for rays to lights at cosines over {from:.3}: opaque whatever it is");
+        let said = |from: f32| {
+            format!("bent; not for rays to lights at cosines over {from:.3}: opaque whatever it is")
+        };
         let curvature = opaque_from.map_or(curvature, |from| Ok(said(from)));
         Self { takes_curvature, curvature, opacity, offset: material.depth > 0.0, opaque_from }
     }

@@ -57,7 +57,14 @@ fn radiance<const BITS: usize>(
     sampler: &mut Sampler,
     counters: &mut Counters,
 ) -> Vec3 {
-    path(scene, const { Simulated::new(Effects::from_path_bits(BITS)) }, limits, camera_ray, sampler, counters)
+    path(
+        scene,
+        const { Simulated::new(Effects::from_path_bits(BITS)) },
+        limits,
+        camera_ray,
+        sampler,
+        counters,
+    )
 }
 
 #[inline(always)]

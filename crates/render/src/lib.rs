@@ -69,6 +69,7 @@ mod shading;
 pub mod sheet;
 mod silhouette;
 mod texture;
+mod told;
 mod tone;
 mod vertex;
 mod wavefront;

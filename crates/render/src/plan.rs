@@ -214,7 +214,7 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
         let reason = "no object whose material asks for curvature carries any but zero".to_owned();
         return (Err(reason.clone()), Err(reason));
     }
-    let reason = format!("asked for by the materials of {} objects, {told} of which are bent", takes);
+    let reason = format!("asked for by the materials of {takes} objects, {told} of which are bent");
     let filter = match scene.filter {
         FilterKind::Point => Err("curvature is taken at the point".into()),
         _ => Ok(format!("`{by}`, for {told} objects")),

@@ -13,12 +13,11 @@ use thiserror::Error;
 
 use crate::counters::Counters;
 use crate::curvature::ObjectPoint;
-use crate::demand::{Demand, demands};
 use crate::geometry::{Geometry, Placed};
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
-use crate::present::{CURVATURE, OFFSET, OPACITY};
 use crate::scene::{Material, MeshInstance, Placement, RayCurvature, Scene, SurfaceSource};
+use crate::told::{Told, told};
 
 /// Why a scene cannot be rendered.
 #[derive(Debug, Error)]
@@ -64,7 +63,9 @@ pub enum SceneError {
         triangles: u64,
     },
     /// An effect that this build was made without, see [`EFFECTS`](crate::EFFECTS).
-    #[error("the scene calls for {effect} ({reason}), which this build lacks; build it without OSCULATE_WITHOUT")]
+    #[error(
+        "the scene calls for {effect} ({reason}), which this build lacks; build it without OSCULATE_WITHOUT"
+    )]
     Lacking {
         /// Which one.
         effect: &'static str,
@@ -113,23 +114,6 @@ pub(crate) struct Prepared {
     told: Vec<Told>,
     /// Whether the objects' fields walk.
     walks: bool,
-}
-
-/// What a material with silhouettes is told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Told {
-    /// The curvature and the rate of UV along the ray; otherwise it takes the surface for flat.
-    pub curvature: bool,
-    /// Whether it is asked for its opacity at all.
-    pub opacity: bool,
-    /// Whether it is asked where it is hit; otherwise that is where the ray meets the surface.
-    pub offset: bool,
-    /// Whether rays to lights that come steeply enough are stopped without being told the curvature.
-    pub steep_is_opaque: bool,
-}
-
-impl Told {
-    const ALL: Self = Self { curvature: true, opacity: true, offset: true, steep_is_opaque: false };
 }
 
 impl Prepared {
@@ -191,13 +175,7 @@ impl Prepared {
     /// What the material of an object is told.
     #[inline(always)]
     pub(crate) fn told(&self, object: usize) -> Told {
-        let told = self.told[object];
-        Told {
-            curvature: CURVATURE && told.curvature,
-            opacity: OPACITY && told.opacity,
-            offset: OFFSET && told.offset,
-            ..told
-        }
+        self.told[object].in_this_build()
     }
 
     /// The area light that a triangle belongs to.
@@ -266,16 +244,6 @@ impl Prepared {
             self.object_starts[self.object_starts.partition_point(|&(start, _)| start <= triangle) - 1];
         Some((object, triangle - start))
     }
-}
-
-fn told(scene: &Scene) -> Vec<Told> {
-    let of = |demand: Demand| Told {
-        curvature: demand.curvature.is_ok(),
-        opacity: demand.opacity.is_ok(),
-        offset: demand.offset,
-        steep_is_opaque: demand.opaque_from.is_some(),
-    };
-    demands(scene).into_iter().map(|demand| demand.map_or(Told::ALL, of)).collect()
 }
 
 /// A triangle in the world, with what its vertices carry.

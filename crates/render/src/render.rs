@@ -332,7 +332,8 @@ impl Pass<'_> {
 
     fn sample(&self, pixel: [u32; 2], index: u32, counters: &mut Counters) -> Vec3 {
         let (ray, mut sampler) = self.camera_ray(pixel, index, counters);
-        let value = (self.radiance)(self.prepared, self.simulated(), self.limits(), ray, &mut sampler, counters);
+        let value =
+            (self.radiance)(self.prepared, self.simulated(), self.limits(), ray, &mut sampler, counters);
         finite(value, counters)
     }
 

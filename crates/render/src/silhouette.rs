@@ -12,8 +12,8 @@ use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
 use crate::counters::Counters;
 use crate::math::Frame;
-use crate::present::{OFFSET, OPACITY};
 use crate::prepared::{Facet, Prepared};
+use crate::present::{OFFSET, OPACITY};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 
 /// What answers queries.

@@ -136,7 +136,8 @@ fn arrive<'a>(
             None if cx.effects.environment() => path.add_environment(cx),
             None => {}
             Some(found) => {
-                let is_light = cx.effects.area_lights() && cx.scene.rectangle_of(found.hit.triangle).is_some();
+                let is_light =
+                    cx.effects.area_lights() && cx.scene.rectangle_of(found.hit.triangle).is_some();
                 if is_light {
                     path.add_rectangle(cx, &found);
                 } else if depth < cx.limits.max_depth {

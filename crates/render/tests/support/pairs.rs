@@ -12,7 +12,9 @@ use osculate_geom::{Mesh, Vec3 as Vec3d, shapes};
 use osculate_render::scene::{
     DirectionalCurvature, QueryForm, RayCurvature, SilhouetteMaterial, SurfaceSource,
 };
-use osculate_render::{Camera, Environment, Light, Material, MeshInstance, RectangleLight, Scene, Texture};
+use osculate_render::{
+    Camera, Effects, Environment, Light, Material, MeshInstance, RectangleLight, Scene, Texture,
+};
 use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::infer::{self, Precision, StoredModel};
 use osculate_sbtf::model::{Architecture, Model};
@@ -37,6 +39,22 @@ pub struct Pair {
 
 /// Says what stands for all effects but directional light: the least that shows anything.
 pub const ALL_BUT_A_SUN: &str = "all but directional lights";
+
+/// What simulates an effect where a plan does without it. Effects of materials with silhouettes are forced by forcing anything.
+pub fn forcing(effect: &str, planned: Effects) -> Effects {
+    match effect {
+        "environment" => Effects { environment: true, ..planned },
+        "area lights" => Effects { area_lights: true, ..planned },
+        "directional lights" => Effects { directional_lights: true, ..planned },
+        "interreflection" => Effects { interreflection: true, ..planned },
+        "textures" => Effects { textures: true, ..planned },
+        "transparency" | "shadow pass-through" => Effects { transparency: true, ..planned },
+        "silhouettes" | "below-horizon light" => Effects { silhouettes: true, ..planned },
+        "depth of field" => Effects { depth_of_field: true, ..planned },
+        ALL_BUT_A_SUN => Effects::ALL,
+        _ => planned,
+    }
+}
 
 /// The pair of an effect, by its name in a plan; `None` if nobody made one.
 pub fn pair(effect: &str) -> Option<Pair> {
@@ -111,7 +129,9 @@ fn square() -> Mesh {
     let at = |p: &Vec3d| [0.5 * p.x + 0.5, 0.5 - 0.5 * p.z];
     let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]].map(|[x, z]| Vec3d::new(x, 0.0, z));
     let uvs = corners.iter().map(at).collect();
-    Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).and_then(|m| m.with_uv_set(uvs)).expect("a square")
+    Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+        .and_then(|m| m.with_uv_set(uvs))
+        .expect("a square")
 }
 
 /// Seen from the side and a little above.
