@@ -250,6 +250,7 @@ fn base_color(effects: Simulated, point: &ShadingPoint<'_>, counters: &mut Count
 }
 
 /// Light from one light, drawn in proportion to its importance, that the point reflects to the viewer.
+#[inline(always)]
 fn direct_light(
     scene: &Prepared,
     effects: Simulated,

@@ -82,7 +82,7 @@ pub(crate) fn light_importance(scene: &Prepared, effects: Simulated, receiver: &
 }
 
 /// The light at `position` in the sum of importances, a point on it, and its importance.
-#[inline]
+#[inline(always)]
 pub(crate) fn draw_light(
     scene: &Prepared,
     effects: Simulated,

@@ -202,7 +202,7 @@ impl Prepared {
     }
 
     /// What the tables have of a triangle of an object.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn facet(&self, triangle: u32) -> Facet {
         let (row, place) = match self.geometry.placed(triangle) {
             None => (triangle as usize, None),

@@ -287,23 +287,19 @@ impl Pass<'_> {
 
     fn tile(&self, tile: Tile, first: u32, count: u32) -> (Vec<PixelSum>, Counters) {
         let mut counters = Counters::default();
-        let Tile { corner: [x0, y0], size } = tile;
-        let rows = y0..y0 + size[1];
-        let pixels = rows.flat_map(|y| (x0..x0 + size[0]).map(move |x| [x, y]));
-        let samples = pixels.flat_map(|pixel| (first..first + count).map(move |index| (pixel, index)));
-        let values = match self.options.queries {
-            Queries::Batched { paths } if self.simulated().silhouettes() => {
-                self.side_by_side(samples.clone(), paths.max(1) as usize, &mut counters)
-            }
-            _ => samples.clone().map(|(pixel, index)| self.sample(pixel, index, &mut counters)).collect(),
-        };
         let mut sums = Vec::with_capacity((TILE * TILE) as usize);
-        for values in values.chunks(count as usize) {
-            let mut sum = PixelSum::default();
-            for (index, &value) in (first..).zip(values) {
-                sum.add(index, value);
+        let pixels = tile.pixels();
+        let indices = first..first + count;
+        match self.options.queries {
+            Queries::Batched { paths } if self.simulated().silhouettes() => {
+                let samples = pixels.flat_map(|pixel| indices.clone().map(move |index| (pixel, index)));
+                let values = self.side_by_side(samples, paths.max(1) as usize, &mut counters);
+                let sum = |values: &[Vec3]| PixelSum::of(indices.clone().zip(values.iter().copied()));
+                sums.extend(values.chunks(count as usize).map(sum));
             }
-            sums.push(sum);
+            _ => sums.extend(pixels.map(|pixel| {
+                PixelSum::of(indices.clone().map(|index| (index, self.sample(pixel, index, &mut counters))))
+            })),
         }
         (sums, counters)
     }
@@ -330,6 +326,7 @@ impl Pass<'_> {
         }
     }
 
+    #[inline(always)]
     fn sample(&self, pixel: [u32; 2], index: u32, counters: &mut Counters) -> Vec3 {
         let (ray, mut sampler) = self.camera_ray(pixel, index, counters);
         let value =
@@ -346,6 +343,7 @@ impl Pass<'_> {
     }
 
     /// Where a sample looks, and its numbers for the path.
+    #[inline(always)]
     fn camera_ray(&self, [x, y]: [u32; 2], index: u32, counters: &mut Counters) -> (CameraRay, Sampler) {
         let pixel = u64::from(y) * u64::from(self.scene.width) + u64::from(x);
         let stream = 2 * pixel + u64::from(index & 1);
