@@ -4,6 +4,8 @@
 //!     effect_pairs list
 //!     effect_pairs "curvature filter" without 8
 
+#![allow(clippy::print_stdout, reason = "its output is what it is for")]
+
 #[path = "../tests/support/pairs.rs"]
 mod pairs;
 
