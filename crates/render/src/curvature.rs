@@ -4,6 +4,7 @@ use glam::Vec3;
 use osculate_geom::curvature::VertexCurvature;
 
 use crate::math::tangents;
+use crate::present::FILTER;
 use crate::scene::{MeshInstance, RayCurvature};
 
 /// A point of an object: triangle within the object, and weights of its corners.
@@ -83,7 +84,8 @@ impl ObjectPoint<'_> {
     /// along it.
     pub(crate) fn ask(&self, direction: Vec3) -> Option<RayCurvature> {
         let placement = &self.object.placement;
-        let Some(field) = &self.object.field else {
+        // A build without filters has what the field says at the point.
+        let Some(field) = self.object.field.as_ref().filter(|_| FILTER) else {
             return self.along(direction).map(|kappa| RayCurvature { kappa, uv_rate: None });
         };
         let w = placement.rotation.transpose() * direction;

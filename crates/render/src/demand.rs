@@ -1,7 +1,7 @@
 //! [`demands`]: what an object's material has to be told, and why.
 //!
 //! A material with silhouettes is asked for its opacity wherever a ray meets it, and needs the curvature there, which is the dearest part
-//! of a picture. Two kinds of object can do without. Where all triangles lie in one direction and their UV go on alike, curvature
+//! of a picture. Three kinds of object can do without. Some materials make nothing of it, as the NeuMIP baseline. Where all triangles lie in one direction and their UV go on alike, curvature
 //! is zero and the rate of the UV is everywhere the same. And where an object is nowhere convex, no ray that has entered a height
 //! field leaves it again (`silhouette::largest_cosine` is zero), so that all of it is opaque.
 
@@ -13,7 +13,7 @@ use osculate_geom::mesh::triangle_normal;
 use osculate_geom::{Mesh, Vec3};
 use osculate_sbtf::SeeThrough;
 
-use crate::scene::{Material, MeshInstance, Scene, SurfaceSource};
+use crate::scene::{Material, MeshInstance, QueryForm, Scene, SilhouetteMaterial, SurfaceSource};
 
 /// Whether something is needed: the reason for it, or against it.
 pub(crate) type Reason = Result<String, String>;
@@ -21,8 +21,14 @@ pub(crate) type Reason = Result<String, String>;
 /// What the material of one object with silhouettes has to be told.
 #[derive(Debug, Clone)]
 pub(crate) struct Demand {
+    /// Whether the material makes anything of curvature.
+    pub takes_curvature: bool,
     pub curvature: Reason,
     pub opacity: Reason,
+    /// Whether what is seen lies below the surface, and so beside the point where the ray meets it.
+    pub offset: bool,
+    /// Least cosine at which a ray to a light is stopped whatever the curvature, where the curvature and the opacity would otherwise be asked for.
+    pub opaque_from: Option<f32>,
 }
 
 /// How a mesh is bent, as far as it matters.
@@ -51,20 +57,23 @@ pub(crate) fn demands(scene: &Scene) -> Vec<Option<Demand>> {
         let curvature = object.curvature.as_ref().map(|c| c.as_ptr().cast());
         let key = (Arc::as_ptr(&object.mesh), curvature);
         let bend = *known.entry(key).or_insert_with(|| bend(object));
-        Some(Demand::new(object, bend, material.btf.see_through()))
+        Some(Demand::new(object, bend, material))
     };
     scene.objects.iter().map(&mut demand).collect()
 }
 
 impl Demand {
-    fn new(object: &MeshInstance, bend: Bend, see_through: SeeThrough) -> Self {
+    fn new(object: &MeshInstance, bend: Bend, material: &SilhouetteMaterial) -> Self {
         let carries = object.curvature.is_some() || object.field.is_some();
+        // The chord query also takes the rate of the UV along the ray, whatever the material makes of the curvature.
+        let takes_curvature = material.btf.uses_curvature() || material.query == QueryForm::Chord;
         let curvature = match bend {
+            _ if !takes_curvature => Err("of a material that makes nothing of it".to_owned()),
             _ if !carries => Err("carries no curvature: taken as flat".to_owned()),
             Bend::Flat => Err("flat, with UV that go on alike".to_owned()),
             Bend::NowhereConvex | Bend::Any => Ok("bent".to_owned()),
         };
-        let opacity = match (see_through, bend) {
+        let opacity = match (material.btf.see_through(), bend) {
             (SeeThrough::Nowhere, _) => Err("of a material without holes or silhouettes".to_owned()),
             (SeeThrough::Anywhere, _) => Ok("of a material that rays may pass anywhere".to_owned()),
             (SeeThrough::WhereConvex, _) if curvature.is_err() => {
@@ -75,8 +84,20 @@ impl Demand {
             }
             (SeeThrough::WhereConvex, _) => Ok("rays may pass where it is convex".to_owned()),
         };
-        Self { curvature, opacity }
+        let opaque_from = (curvature.is_ok() && opacity.is_ok()).then(|| known_from(material)).flatten();
+        let said = |from: f32| {
+            format!("bent; not for rays to lights at cosines over {from:.3}: opaque whatever it is")
+        };
+        let curvature = opaque_from.map_or(curvature, |from| Ok(said(from)));
+        Self { takes_curvature, curvature, opacity, offset: material.depth > 0.0, opaque_from }
     }
+}
+
+/// The least cosine at which a material is opaque whatever the curvature. In the chord query the cosine is one of the ray in the material's
+/// metric, which is not known before the ray has been followed.
+fn known_from(material: &SilhouetteMaterial) -> Option<f32> {
+    let from = material.btf.opaque_from();
+    (material.query == QueryForm::Paper && from < 1.0).then_some(from)
 }
 
 fn bend(object: &MeshInstance) -> Bend {

@@ -16,6 +16,14 @@ pub(crate) struct PixelSum {
 }
 
 impl PixelSum {
+    /// Of samples with their numbers.
+    #[inline(always)]
+    pub(crate) fn of(samples: impl Iterator<Item = (u32, Vec3)>) -> Self {
+        let mut sum = Self::default();
+        samples.for_each(|(index, value)| sum.add(index, value));
+        sum
+    }
+
     pub(crate) fn add(&mut self, sample_index: u32, value: Vec3) {
         let half = (sample_index & 1) as usize;
         self.sums[half] += value;

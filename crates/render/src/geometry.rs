@@ -84,7 +84,7 @@ impl Geometry {
     }
 
     /// The point of a hit, with its error bound and the triangle's normal.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         let mut point = SurfacePoint::new(self.corners(hit.triangle), hit.barycentrics);
         if let Some((placed, _)) = self.placed(hit.triangle) {

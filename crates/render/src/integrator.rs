@@ -16,6 +16,7 @@ use crate::lighting::{
 };
 use crate::lights::LightSample;
 use crate::prepared::Prepared;
+use crate::present::Simulated;
 use crate::sampler::Sampler;
 use crate::shading::ShadingPoint;
 use crate::silhouette::{Met, Purpose, SilhouettePoint};
@@ -23,7 +24,7 @@ use crate::vertex::Vertex;
 
 /// Radiance along a camera ray.
 pub(crate) type RadianceFn =
-    fn(&Prepared, Effects, PathLimits, CameraRay, &mut Sampler, &mut Counters) -> Vec3;
+    fn(&Prepared, Simulated, PathLimits, CameraRay, &mut Sampler, &mut Counters) -> Vec3;
 
 /// The first random dimension of a path vertex. The camera has two, every vertex six: one for opacities on the way there, from the
 /// second on those of its light, from the fourth on those of its direction.
@@ -45,24 +46,31 @@ pub(crate) fn specialised(effects: Effects) -> RadianceFn {
         0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31
         32 33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63
     );
-    if effects.silhouettes { path } else { TABLE[effects.path_bits()] }
+    if Simulated::new(effects).silhouettes() { path } else { TABLE[effects.path_bits() & 63] }
 }
 
 fn radiance<const BITS: usize>(
     scene: &Prepared,
-    _: Effects,
+    _: Simulated,
     limits: PathLimits,
     camera_ray: CameraRay,
     sampler: &mut Sampler,
     counters: &mut Counters,
 ) -> Vec3 {
-    path(scene, const { Effects::from_path_bits(BITS) }, limits, camera_ray, sampler, counters)
+    path(
+        scene,
+        const { Simulated::new(Effects::from_path_bits(BITS)) },
+        limits,
+        camera_ray,
+        sampler,
+        counters,
+    )
 }
 
 #[inline(always)]
 fn path(
     scene: &Prepared,
-    effects: Effects,
+    effects: Simulated,
     limits: PathLimits,
     camera_ray: CameraRay,
     sampler: &mut Sampler,
@@ -78,12 +86,12 @@ fn path(
         let found = next_surface(scene, effects, &mut ray, sampler, counters);
         counters.bounce_rays += u64::from(depth > 0);
         let Some(Found { hit, silhouette }) = found else {
-            if effects.environment {
+            if effects.environment() {
                 total += throughput * environment_light(scene, limits, ray.direction, last);
             }
             return total;
         };
-        if effects.area_lights
+        if effects.area_lights()
             && let Some(light) = scene.rectangle_of(hit.triangle)
         {
             return total + throughput * rectangle_light(scene, limits, light, &ray, &hit, last);
@@ -91,8 +99,9 @@ fn path(
         if depth == limits.max_depth {
             return total;
         }
+        counters.indirect_vertices += u64::from(depth > 0);
         let vertex = match silhouette {
-            Some(point) if effects.silhouettes => Vertex::Silhouette(point.enter()),
+            Some(point) if effects.silhouettes() => Vertex::Silhouette(point.enter(counters)),
             _ => surface_vertex(scene, effects, &hit, -ray.direction, counters),
         };
         let receiver = vertex.receiver();
@@ -102,10 +111,10 @@ fn path(
             let lit = direct_light(scene, effects, limits, &vertex, importance, sampler, counters);
             total += throughput * lit;
         }
-        let last_vertex = depth + 1 == limits.max_depth || !effects.interreflection;
+        let last_vertex = depth + 1 == limits.max_depth || !effects.interreflection();
         let needs_ray = !last_vertex || limits.strategy != Strategy::Lights;
         // Without lights that a ray can hit, the ray of the last vertex would find nothing.
-        if !needs_ray || (last_vertex && !effects.environment && !effects.area_lights) {
+        if !needs_ray || (last_vertex && !effects.environment() && !effects.area_lights()) {
             return total;
         }
         sampler.seek(base + 3);
@@ -143,7 +152,7 @@ pub(crate) fn survives(throughput: &mut Vec3, depth: u32, sampler: &mut Sampler)
 /// Light along a ray that only looks for lights.
 fn light_at_end(
     scene: &Prepared,
-    effects: Effects,
+    effects: Simulated,
     limits: PathLimits,
     ray: &mut Ray,
     last: Option<Last>,
@@ -151,8 +160,8 @@ fn light_at_end(
     counters: &mut Counters,
 ) -> Vec3 {
     match next_surface(scene, effects, ray, sampler, counters) {
-        None if effects.environment => environment_light(scene, limits, ray.direction, last),
-        Some(Found { hit, .. }) if effects.area_lights => scene
+        None if effects.environment() => environment_light(scene, limits, ray.direction, last),
+        Some(Found { hit, .. }) if effects.area_lights() => scene
             .rectangle_of(hit.triangle)
             .map_or(Vec3::ZERO, |light| rectangle_light(scene, limits, light, ray, &hit, last)),
         _ => Vec3::ZERO,
@@ -169,14 +178,14 @@ pub(crate) struct Found<'a> {
 /// The next hit that is not passed through. Moves the ray's origin to where the last passed surface was.
 fn next_surface<'a>(
     scene: &'a Prepared,
-    effects: Effects,
+    effects: Simulated,
     ray: &mut Ray,
     sampler: &mut Sampler,
     counters: &mut Counters,
 ) -> Option<Found<'a>> {
     counters.rays += 1;
     let mut hit = scene.geometry.closest_hit(ray)?;
-    if !effects.transparency && !effects.silhouettes {
+    if !effects.pass_through() {
         return Some(Found { hit, silhouette: None });
     }
     let mut chance = sampler.next_1d();
@@ -197,13 +206,13 @@ fn next_surface<'a>(
 /// Share of light in this direction that the surface stops, and what was found out about its material.
 fn opacity_of<'a>(
     scene: &'a Prepared,
-    effects: Effects,
+    effects: Simulated,
     hit: &Hit,
     direction: Vec3,
     purpose: Purpose,
     counters: &mut Counters,
 ) -> (f32, Option<SilhouettePoint<'a>>) {
-    let met = if effects.silhouettes { Met::new(scene, hit, -direction, purpose, counters) } else { None };
+    let met = if effects.silhouettes() { Met::new(scene, hit, -direction, purpose, counters) } else { None };
     match met {
         Some(Met::Front(point)) => (point.alpha(counters), Some(point)),
         Some(Met::Opaque) => (1.0, None),
@@ -219,7 +228,7 @@ pub(crate) fn plain_opacity(scene: &Prepared, hit: &Hit) -> f32 {
 
 pub(crate) fn surface_vertex<'a>(
     scene: &'a Prepared,
-    effects: Effects,
+    effects: Simulated,
     hit: &Hit,
     wo: Vec3,
     counters: &mut Counters,
@@ -229,10 +238,10 @@ pub(crate) fn surface_vertex<'a>(
     Vertex::Surface { point, bsdf }
 }
 
-fn base_color(effects: Effects, point: &ShadingPoint<'_>, counters: &mut Counters) -> Vec3 {
+fn base_color(effects: Simulated, point: &ShadingPoint<'_>, counters: &mut Counters) -> Vec3 {
     let material = point.material;
     match &material.base_color_texture {
-        Some(texture) if effects.textures => {
+        Some(texture) if effects.textures() => {
             counters.texture_lookups += 1;
             material.base_color * texture.lookup(point.uv)
         }
@@ -241,9 +250,10 @@ fn base_color(effects: Effects, point: &ShadingPoint<'_>, counters: &mut Counter
 }
 
 /// Light from one light, drawn in proportion to its importance, that the point reflects to the viewer.
+#[inline(always)]
 fn direct_light(
     scene: &Prepared,
-    effects: Effects,
+    effects: Simulated,
     limits: PathLimits,
     vertex: &Vertex<'_>,
     importance: f32,
@@ -257,6 +267,7 @@ fn direct_light(
     };
     let chance = chance / importance;
     counters.reflectance_queries += u64::from(vertex.is_silhouette());
+    counters.below_horizon_lights += u64::from(receiver.is_below(sample.wi));
     let (f, bsdf_pdf) = vertex.eval(sample.wi, &scene.energy);
     if f == Vec3::ZERO {
         return Vec3::ZERO;
@@ -269,14 +280,14 @@ fn direct_light(
 /// Share of light that gets from a light sample to the point.
 fn transmittance(
     scene: &Prepared,
-    effects: Effects,
+    effects: Simulated,
     origin: Vec3,
     sample: &LightSample,
     counters: &mut Counters,
 ) -> f32 {
     let mut ray = shadow_ray(origin, sample);
     counters.shadow_rays += 1;
-    if !effects.transparency && !effects.silhouettes {
+    if !effects.shadow_pass_through() {
         return if scene.geometry.any_hit(&ray) { 0.0 } else { 1.0 };
     }
     let mut left = 1.0;
@@ -286,6 +297,7 @@ fn transmittance(
             return 0.0;
         }
         counters.pass_throughs += 1;
+        counters.shadow_pass_throughs += 1;
         counters.shadow_rays += 1;
         ray.origin = scene.geometry.surface_point(&hit).origin_towards(ray.direction);
         ray.t_max -= hit.t;

@@ -4,10 +4,10 @@ use glam::Vec3;
 use osculate_geom::rays::{Hit, Ray};
 
 use crate::counters::Counters;
-use crate::effects::Effects;
 use crate::lights::{LightSample, Receiver};
 use crate::math::power_heuristic;
 use crate::prepared::Prepared;
+use crate::present::Simulated;
 
 /// How light is gathered. For tests that compare the strategies; the default combines them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,31 +67,31 @@ pub(crate) fn shadow_ray(origin: Vec3, sample: &LightSample) -> Ray {
 
 /// Sum of the importances of all lights at a point.
 #[inline]
-pub(crate) fn light_importance(scene: &Prepared, effects: Effects, receiver: &Receiver) -> f32 {
+pub(crate) fn light_importance(scene: &Prepared, effects: Simulated, receiver: &Receiver) -> f32 {
     let mut sum = 0.0;
-    if effects.area_lights {
+    if effects.area_lights() {
         sum += scene.rectangles.iter().map(|r| r.importance(receiver)).sum::<f32>();
     }
-    if effects.directional_lights {
+    if effects.directional_lights() {
         sum += scene.suns.iter().map(|s| s.importance * receiver.facing(s.wi)).sum::<f32>();
     }
-    if effects.environment {
+    if effects.environment() {
         sum += scene.environment.as_ref().map_or(0.0, |e| e.importance(receiver));
     }
     sum
 }
 
 /// The light at `position` in the sum of importances, a point on it, and its importance.
-#[inline]
+#[inline(always)]
 pub(crate) fn draw_light(
     scene: &Prepared,
-    effects: Effects,
+    effects: Simulated,
     receiver: &Receiver,
     mut position: f32,
     u: [f32; 2],
     counters: &mut Counters,
 ) -> Option<(LightSample, f32)> {
-    if effects.area_lights {
+    if effects.area_lights() {
         for rectangle in &scene.rectangles {
             let importance = rectangle.importance(receiver);
             if position < importance {
@@ -101,7 +101,7 @@ pub(crate) fn draw_light(
             position -= importance;
         }
     }
-    if effects.directional_lights {
+    if effects.directional_lights() {
         for sun in &scene.suns {
             let importance = sun.importance * receiver.facing(sun.wi);
             if position < importance {
@@ -113,7 +113,7 @@ pub(crate) fn draw_light(
             position -= importance;
         }
     }
-    if effects.environment
+    if effects.environment()
         && let Some(environment) = &scene.environment
     {
         counters.environment_samples += 1;

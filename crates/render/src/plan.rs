@@ -80,10 +80,13 @@ impl EffectPlan {
             "environment" => counters.environment_samples,
             "area lights" => counters.area_light_samples,
             "directional lights" => counters.directional_samples,
-            "interreflection" => counters.bounce_rays,
+            "interreflection" => counters.indirect_vertices,
             "textures" => counters.texture_lookups,
+            "shadow pass-through" => counters.shadow_pass_throughs,
             "silhouettes" => counters.reflectance_queries,
             "silhouette opacity" => counters.opacity_queries,
+            "parallax offset" => counters.offset_queries,
+            "below-horizon light" => counters.below_horizon_lights,
             "depth of field" => counters.lens_samples,
             "curvature" => counters.curvature_evaluations,
             "curvature filter" => counters.filter_walks,
@@ -126,8 +129,8 @@ impl fmt::Display for EffectPlan {
 /// Examines a scene for paths of at most `max_depth` surfaces.
 ///
 /// Every "no" is exact: the effect could not change a bit of the picture. With one exception, on objects that are flat: the
-/// normals of their triangles are within 1e-6 radians of each other, and what curvature rounding makes of that counts as zero. The picture is colour; curvature is evaluated only
-/// when pictures of curvature are asked for, see [`crate::aov::aovs`].
+/// normals of their triangles are within 1e-6 radians of each other, and what curvature rounding makes of that counts as zero, as does what
+/// it makes of the rate of their UV along a chord. The picture is colour; curvature is evaluated only when pictures of curvature are asked for, see [`crate::aov::aovs`].
 #[must_use]
 pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
     let materials = materials(scene);
@@ -141,6 +144,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
     let textured = materials.iter().filter(|m| m.textured).count();
     let silhouettes = materials.iter().filter(|m| m.silhouettes).count();
     let see_through = materials.iter().filter(|m| m.opacity < 1.0).count();
+    let passable = materials.iter().filter(|m| m.silhouettes || m.opacity < 1.0).count();
     let interreflection = interreflection(&materials, max_depth);
     let depth_of_field = scene.camera.has_depth_of_field();
     let effects = Effects {
@@ -162,6 +166,12 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         (all, 0) => Err(format!("all {all} surfaces with silhouettes are known to be opaque")),
         (all, asked) => Ok(format!("{asked} of {all} surfaces with silhouettes may let rays pass")),
     };
+    let deep = demands.iter().flatten().filter(|demand| demand.offset).count();
+    let offset = match (objects.len(), deep) {
+        (0, _) => Err("no surfaces have silhouettes".to_owned()),
+        (all, 0) => Err(format!("the materials of all {all} surfaces with silhouettes have no depth")),
+        (_, deep) => Ok(format!("the materials of {deep} surfaces have a depth")),
+    };
     let decisions = vec![
         decided("environment", environment, 0.5),
         counted("area lights", rectangles, "rectangle lights", 0.5),
@@ -169,8 +179,11 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
         decided("interreflection", interreflection, 0.8 * (max_depth.min(4) as f32 - 1.0)),
         counted("textures", textured, "surfaces have a texture", 0.05),
         counted("transparency", see_through, "surfaces let light through", 0.5),
+        counted("shadow pass-through", passable, "surfaces may let a ray to a light pass", 0.2),
         counted("silhouettes", silhouettes, "surfaces have silhouettes", 1.0),
         decided("silhouette opacity", opacity, 0.2),
+        decided("parallax offset", offset, 0.1),
+        counted("below-horizon light", silhouettes, "surfaces may reflect it", 0.05),
         Decision {
             effect: "depth of field",
             needed: depth_of_field,
@@ -189,9 +202,10 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
     let asking: Vec<&Demand> = demands.iter().flatten().collect();
     let curved = |o: &&MeshInstance| o.curvature.is_some() || o.field.is_some();
     let baked = scene.objects.iter().filter(curved).count();
+    let takes = asking.iter().filter(|demand| demand.takes_curvature).count();
     let told = asking.iter().filter(|demand| demand.curvature.is_ok()).count();
     let by = scene.filter.name();
-    if asking.is_empty() {
+    if takes == 0 {
         let reason =
             format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
         return (Err(reason.clone()), Err(format!("{reason}, by `{by}`")));
@@ -200,7 +214,7 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
         let reason = "no object whose material asks for curvature carries any but zero".to_owned();
         return (Err(reason.clone()), Err(reason));
     }
-    let reason = format!("asked for by the materials of {} objects, {told} of which are bent", asking.len());
+    let reason = format!("asked for by the materials of {takes} objects, {told} of which are bent");
     let filter = match scene.filter {
         FilterKind::Point => Err("curvature is taken at the point".into()),
         _ => Ok(format!("`{by}`, for {told} objects")),
@@ -210,7 +224,7 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
 
 fn object_decisions(scene: &Scene, demands: &[Option<Demand>]) -> Vec<ObjectDecision> {
     let decision = |(object, (instance, demand)): (usize, (&MeshInstance, &Option<Demand>))| {
-        let Demand { curvature, opacity } = demand.clone()?;
+        let Demand { curvature, opacity, .. } = demand.clone()?;
         let material = match &instance.surface {
             SurfaceSource::Material(material) => material.name.clone(),
             SurfaceSource::Mesh => String::new(),

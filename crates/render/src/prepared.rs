@@ -13,11 +13,11 @@ use thiserror::Error;
 
 use crate::counters::Counters;
 use crate::curvature::ObjectPoint;
-use crate::demand::{Demand, demands};
 use crate::geometry::{Geometry, Placed};
 use crate::lights::{EnvironmentSampler, Light, RectangleLight};
 use crate::math::luminance;
 use crate::scene::{Material, MeshInstance, Placement, RayCurvature, Scene, SurfaceSource};
+use crate::told::{Told, told};
 
 /// Why a scene cannot be rendered.
 #[derive(Debug, Error)]
@@ -62,6 +62,16 @@ pub enum SceneError {
         /// Triangles so far.
         triangles: u64,
     },
+    /// An effect that this build was made without, see [`EFFECTS`](crate::EFFECTS).
+    #[error(
+        "the scene calls for {effect} ({reason}), which this build lacks; build it without OSCULATE_WITHOUT"
+    )]
+    Lacking {
+        /// Which one.
+        effect: &'static str,
+        /// Why it is called for.
+        reason: String,
+    },
     /// An image without pixels, or larger than any use.
     #[error("an image of {width} x {height} pixels; each side must be 1 to 32768")]
     ImageSize {
@@ -104,19 +114,6 @@ pub(crate) struct Prepared {
     told: Vec<Told>,
     /// Whether the objects' fields walk.
     walks: bool,
-}
-
-/// What a material with silhouettes is told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Told {
-    /// The curvature and the rate of UV along the ray; otherwise it takes the surface for flat.
-    pub curvature: bool,
-    /// Whether it is asked for its opacity at all.
-    pub opacity: bool,
-}
-
-impl Told {
-    const ALL: Self = Self { curvature: true, opacity: true };
 }
 
 impl Prepared {
@@ -176,8 +173,9 @@ impl Prepared {
     }
 
     /// What the material of an object is told.
+    #[inline(always)]
     pub(crate) fn told(&self, object: usize) -> Told {
-        self.told[object]
+        self.told[object].in_this_build()
     }
 
     /// The area light that a triangle belongs to.
@@ -204,7 +202,7 @@ impl Prepared {
     }
 
     /// What the tables have of a triangle of an object.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn facet(&self, triangle: u32) -> Facet {
         let (row, place) = match self.geometry.placed(triangle) {
             None => (triangle as usize, None),
@@ -246,11 +244,6 @@ impl Prepared {
             self.object_starts[self.object_starts.partition_point(|&(start, _)| start <= triangle) - 1];
         Some((object, triangle - start))
     }
-}
-
-fn told(scene: &Scene) -> Vec<Told> {
-    let of = |demand: Demand| Told { curvature: demand.curvature.is_ok(), opacity: demand.opacity.is_ok() };
-    demands(scene).into_iter().map(|demand| demand.map_or(Told::ALL, of)).collect()
 }
 
 /// A triangle in the world, with what its vertices carry.

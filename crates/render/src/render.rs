@@ -14,6 +14,7 @@ use crate::integrator::{RadianceFn, specialised};
 use crate::lighting::{PathLimits, Strategy};
 use crate::plan::plan;
 use crate::prepared::{Prepared, SceneError};
+use crate::present::{Simulated, check, check_forced};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::scene::Scene;
 use crate::schedule::{Order, Schedule, TILE, Tile};
@@ -156,12 +157,15 @@ fn prepare(scene: &Scene, options: &RenderOptions) -> Result<(Prepared, Effects)
     if !(1..=32768).contains(&width) || !(1..=32768).contains(&height) {
         return Err(SceneError::ImageSize { width, height });
     }
-    let mut prepared = Prepared::new(scene)?;
-    if options.force.is_some() {
+    if let Some(forced) = options.force {
+        check_forced()?;
+        let mut prepared = Prepared::new(scene)?;
         prepared.tell_all();
+        return Ok((prepared, forced));
     }
-    let effects = options.force.unwrap_or_else(|| plan(scene, options.max_depth).effects());
-    Ok((prepared, effects))
+    let plan = plan(scene, options.max_depth);
+    check(&plan)?;
+    Ok((Prepared::new(scene)?, plan.effects()))
 }
 
 /// A picture of a sequence: where it is seen from, and how the light has turned.
@@ -283,23 +287,19 @@ impl Pass<'_> {
 
     fn tile(&self, tile: Tile, first: u32, count: u32) -> (Vec<PixelSum>, Counters) {
         let mut counters = Counters::default();
-        let Tile { corner: [x0, y0], size } = tile;
-        let rows = y0..y0 + size[1];
-        let pixels = rows.flat_map(|y| (x0..x0 + size[0]).map(move |x| [x, y]));
-        let samples = pixels.flat_map(|pixel| (first..first + count).map(move |index| (pixel, index)));
-        let values = match self.options.queries {
-            Queries::Batched { paths } if self.effects.silhouettes => {
-                self.side_by_side(samples.clone(), paths.max(1) as usize, &mut counters)
-            }
-            _ => samples.clone().map(|(pixel, index)| self.sample(pixel, index, &mut counters)).collect(),
-        };
         let mut sums = Vec::with_capacity((TILE * TILE) as usize);
-        for values in values.chunks(count as usize) {
-            let mut sum = PixelSum::default();
-            for (index, &value) in (first..).zip(values) {
-                sum.add(index, value);
+        let pixels = tile.pixels();
+        let indices = first..first + count;
+        match self.options.queries {
+            Queries::Batched { paths } if self.simulated().silhouettes() => {
+                let samples = pixels.flat_map(|pixel| indices.clone().map(move |index| (pixel, index)));
+                let values = self.side_by_side(samples, paths.max(1) as usize, &mut counters);
+                let sum = |values: &[Vec3]| PixelSum::of(indices.clone().zip(values.iter().copied()));
+                sums.extend(values.chunks(count as usize).map(sum));
             }
-            sums.push(sum);
+            _ => sums.extend(pixels.map(|pixel| {
+                PixelSum::of(indices.clone().map(|index| (index, self.sample(pixel, index, &mut counters))))
+            })),
         }
         (sums, counters)
     }
@@ -321,15 +321,21 @@ impl Pass<'_> {
             if paths.is_empty() {
                 return values;
             }
-            trace(self.prepared, self.effects, self.limits(), &mut paths, counters);
+            trace(self.prepared, self.simulated(), self.limits(), &mut paths, counters);
             values.extend(paths.iter().map(|path| finite(path.radiance(), counters)));
         }
     }
 
+    #[inline(always)]
     fn sample(&self, pixel: [u32; 2], index: u32, counters: &mut Counters) -> Vec3 {
         let (ray, mut sampler) = self.camera_ray(pixel, index, counters);
-        let value = (self.radiance)(self.prepared, self.effects, self.limits(), ray, &mut sampler, counters);
+        let value =
+            (self.radiance)(self.prepared, self.simulated(), self.limits(), ray, &mut sampler, counters);
         finite(value, counters)
+    }
+
+    fn simulated(&self) -> Simulated {
+        Simulated::new(self.effects)
     }
 
     fn limits(&self) -> PathLimits {
@@ -337,6 +343,7 @@ impl Pass<'_> {
     }
 
     /// Where a sample looks, and its numbers for the path.
+    #[inline(always)]
     fn camera_ray(&self, [x, y]: [u32; 2], index: u32, counters: &mut Counters) -> (CameraRay, Sampler) {
         let pixel = u64::from(y) * u64::from(self.scene.width) + u64::from(x);
         let stream = 2 * pixel + u64::from(index & 1);
@@ -344,7 +351,7 @@ impl Pass<'_> {
         let [dx, dy] = sampler.next_2d().map(tent);
         let (px, py) = (x as f32 + 0.5 + dx, y as f32 + 0.5 + dy);
         let (width, height) = (self.scene.width as f32, self.scene.height as f32);
-        let ray = if self.effects.depth_of_field && self.camera.has_depth_of_field() {
+        let ray = if self.simulated().depth_of_field() && self.camera.has_depth_of_field() {
             counters.lens_samples += 1;
             self.camera.lens_ray(px, py, width, height, sampler.next_2d())
         } else {

@@ -40,6 +40,14 @@ pub(crate) struct Tile {
     pub size: [u32; 2],
 }
 
+impl Tile {
+    /// Columns and rows of its pixels, row by row.
+    pub(crate) fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
+        let Self { corner: [x0, y0], size: [width, height] } = self;
+        (y0..y0 + height).flat_map(move |y| (x0..x0 + width).map(move |x| [x, y]))
+    }
+}
+
 /// Samples `first..first + count` of every pixel of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Order {

@@ -13,6 +13,7 @@ use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 use crate::counters::Counters;
 use crate::math::Frame;
 use crate::prepared::{Facet, Prepared};
+use crate::present::{OFFSET, OPACITY};
 use crate::scene::{QueryForm, RayCurvature, SilhouetteMaterial};
 
 /// What answers queries.
@@ -57,6 +58,8 @@ pub(crate) struct SilhouettePoint<'a> {
     kappa_hat: f32,
     /// Whether the opacity is not known beforehand.
     asks_opacity: bool,
+    /// Whether what it shows may lie beside the point.
+    asks_offset: bool,
 }
 
 impl<'a> Met<'a> {
@@ -86,13 +89,20 @@ impl<'a> Met<'a> {
         let uvs = uvs.unwrap_or_default().map(|uv| Vec2::from(uv) * Vec2::from(material.tiles));
         let uv = a * uvs[0] + b * uvs[1] + c * uvs[2];
         let uv_from_tangent = uv_per_length(corners, uvs, &frame);
+        if told.steep_is_opaque && purpose == Purpose::Shadow {
+            let flat = SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, None, wo);
+            if flat.wo.z >= material.btf.opaque_from() {
+                counters.curvature_skips += 1;
+                return Some(Self::Opaque);
+            }
+        }
         let along = if told.curvature {
             scene.ray_curvature((object, triangle), hit.barycentrics, wo, counters)
         } else {
             None
         };
         let point = SilhouettePoint::new(material, surface, frame, uv, uv_from_tangent, along, wo);
-        Some(Self::Front(SilhouettePoint { asks_opacity: told.opacity, ..point }))
+        Some(Self::Front(SilhouettePoint { asks_opacity: told.opacity, asks_offset: told.offset, ..point }))
     }
 }
 
@@ -132,6 +142,7 @@ impl<'a> SilhouettePoint<'a> {
             wo: (-rate * sine * azimuth).extend(local.z).normalize(),
             kappa_hat: along.map_or(0.0, |a| a.kappa) * material.tile_size / (rate * rate),
             asks_opacity: true,
+            asks_offset: true,
         }
     }
 
@@ -146,21 +157,37 @@ impl<'a> SilhouettePoint<'a> {
     }
 
     /// Whether the opacity has to be asked for; otherwise it is 1.
+    #[inline(always)]
     pub(crate) fn asks_opacity(&self) -> bool {
-        self.asks_opacity
+        OPACITY && self.asks_opacity
     }
 
     /// Share of rays that hit.
     pub(crate) fn alpha(&self, counters: &mut Counters) -> f32 {
-        if !self.asks_opacity {
+        if !self.asks_opacity() {
             return 1.0;
         }
         counters.opacity_queries += 1;
         self.btf().alpha(self.uv, self.wo, self.kappa_hat)
     }
 
+    /// Whether it has to be asked where the material is hit; otherwise that is [`Self::unmoved`].
+    #[inline(always)]
+    pub(crate) fn asks_offset(&self) -> bool {
+        OFFSET && self.asks_offset
+    }
+
+    /// The material hit where the ray meets the surface.
+    pub(crate) fn unmoved(&self) -> Entry {
+        Entry { uv: self.uv, wo: self.wo, kappa_hat: self.kappa_hat, hit_uv: self.uv }
+    }
+
     /// The point as a path vertex.
-    pub(crate) fn enter(self) -> SilhouetteVertex<'a> {
+    pub(crate) fn enter(self, counters: &mut Counters) -> SilhouetteVertex<'a> {
+        if !self.asks_offset() {
+            return self.entered(self.unmoved());
+        }
+        counters.offset_queries += 1;
         self.entered(self.btf().enter(self.uv, self.wo, self.kappa_hat))
     }
 

@@ -5,6 +5,7 @@ use glam::Vec3;
 use osculate_sbtf::brdf::{Bsdf, EnergyTable};
 
 use crate::lights::{Receiver, Sees};
+use crate::present::BELOW_HORIZON;
 use crate::shading::ShadingPoint;
 use crate::silhouette::SilhouetteVertex;
 
@@ -47,7 +48,7 @@ impl Vertex<'_> {
             Self::Silhouette(vertex) => Receiver {
                 origin: vertex.origin_towards(vertex.normal()),
                 normal: vertex.normal(),
-                sees: Sees::Sphere,
+                sees: if BELOW_HORIZON { Sees::Sphere } else { Sees::Hemisphere },
             },
         }
     }

@@ -73,6 +73,17 @@ pub trait SilhouetteBtf: Sync {
         SeeThrough::Anywhere
     }
 
+    /// Whether any answer depends on `kappa_hat`. By default yes.
+    fn uses_curvature(&self) -> bool {
+        true
+    }
+
+    /// The least `wo.z` from which on the opacity is 1, whatever the texture coordinates and the curvature, for `wo` above the horizon. By
+    /// default infinity: nothing is known.
+    fn opaque_from(&self) -> f32 {
+        f32::INFINITY
+    }
+
     /// Does for a ray that hits what several lights will share.
     fn enter(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> Entry {
         Entry { uv, wo, kappa_hat, hit_uv: uv }

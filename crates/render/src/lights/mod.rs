@@ -57,6 +57,11 @@ impl Receiver {
             Sees::Sphere => cosine.max(Self::LEAST_FACING),
         }
     }
+
+    /// Whether light from there counts although it comes from below the horizon.
+    pub(crate) fn is_below(&self, direction: Vec3) -> bool {
+        self.sees == Sees::Sphere && direction.dot(self.normal) < 0.0
+    }
 }
 
 /// A point drawn on a light, as seen from the point it lights.

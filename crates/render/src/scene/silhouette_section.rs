@@ -177,6 +177,8 @@ impl Source<'_> {
         let depth = file.model.architecture.depth;
         let sampler = Arc::new(file.sampler.clone().unwrap_or_else(Sampler::cosine));
         let btf = Arc::new(Model::new(&file.model));
+        // One form of model is asked in one way, whichever key names it.
+        let curvature = if btf.uses_curvature() { curvature } else { Curvature::Ignored };
         Ok((Content::Asked { btf, sampler, curvature }, depth))
     }
 

@@ -89,9 +89,11 @@ impl Batches {
     }
 
     /// What the lights of points share that rays hit, in their order.
-    pub fn entries(&mut self, points: &[SilhouettePoint<'_>]) -> Vec<Entry> {
-        let mut answers = vec![NOWHERE; points.len()];
-        let mut order: Vec<(&Btf, usize)> = points.iter().enumerate().map(|(k, p)| (p.btf(), k)).collect();
+    pub fn entries(&mut self, points: &[SilhouettePoint<'_>], counters: &mut Counters) -> Vec<Entry> {
+        let mut answers: Vec<Entry> = points.iter().map(SilhouettePoint::unmoved).collect();
+        let asking = points.iter().enumerate().filter(|(_, point)| point.asks_offset());
+        let mut order: Vec<(&Btf, usize)> = asking.map(|(k, point)| (point.btf(), k)).collect();
+        counters.offset_queries += order.len() as u64;
         for group in by_material(&mut order) {
             self.rays.clear();
             self.rays.extend(group.iter().map(|&(_, k)| points[k].incidence()));

@@ -19,7 +19,6 @@ use osculate_geom::rays::Ray;
 
 use crate::camera::CameraRay;
 use crate::counters::Counters;
-use crate::effects::Effects;
 use crate::integrator::{Found, first_dimension, surface_vertex, survives};
 use crate::lighting::{
     Last, PathLimits, Strategy, draw_light, environment_light, light_importance, light_weight,
@@ -27,6 +26,7 @@ use crate::lighting::{
 };
 use crate::lights::{LightSample, Receiver};
 use crate::prepared::Prepared;
+use crate::present::Simulated;
 use crate::sampler::Sampler;
 use crate::vertex::{Scattered, Vertex};
 use batches::{Batches, ColourRequest};
@@ -59,7 +59,7 @@ impl Path {
 #[derive(Clone, Copy)]
 struct Context<'a> {
     scene: &'a Prepared,
-    effects: Effects,
+    effects: Simulated,
     limits: PathLimits,
 }
 
@@ -86,7 +86,7 @@ struct LightQuery {
 /// Traces all paths to their ends.
 pub(crate) fn trace(
     scene: &Prepared,
-    effects: Effects,
+    effects: Simulated,
     limits: PathLimits,
     paths: &mut [Path],
     counters: &mut Counters,
@@ -104,10 +104,11 @@ pub(crate) fn trace(
         counters.bounce_rays += if depth > 0 { active.len() as u64 } else { 0 };
         let found = next_surfaces(cx, paths, &active, &mut batches, counters);
         let arrived = arrive(cx, paths, &active, found, depth);
+        counters.indirect_vertices += if depth > 0 { arrived.len() as u64 } else { 0 };
         let mut nodes = vertices(cx, paths, arrived, &mut batches, counters);
-        let is_last = depth + 1 == limits.max_depth || !effects.interreflection;
+        let is_last = depth + 1 == limits.max_depth || !effects.interreflection();
         // Without lights that a ray can hit, the ray of the last vertex would find nothing.
-        let lights_to_hit = effects.environment || effects.area_lights;
+        let lights_to_hit = effects.environment() || effects.area_lights();
         let goes_on = if is_last { limits.strategy != Strategy::Lights && lights_to_hit } else { true };
         draw(cx, paths, &mut nodes, depth, goes_on, &mut batches, counters);
         light(cx, paths, &nodes, &mut batches, counters);
@@ -132,10 +133,11 @@ fn arrive<'a>(
     for (&index, found) in active.iter().zip(found) {
         let path = &mut paths[index];
         match found {
-            None if cx.effects.environment => path.add_environment(cx),
+            None if cx.effects.environment() => path.add_environment(cx),
             None => {}
             Some(found) => {
-                let is_light = cx.effects.area_lights && cx.scene.rectangle_of(found.hit.triangle).is_some();
+                let is_light =
+                    cx.effects.area_lights() && cx.scene.rectangle_of(found.hit.triangle).is_some();
                 if is_light {
                     path.add_rectangle(cx, &found);
                 } else if depth < cx.limits.max_depth {
@@ -172,7 +174,7 @@ fn vertices<'a>(
     counters: &mut Counters,
 ) -> Vec<Node<'a>> {
     let points: Vec<_> = arrived.iter().filter_map(|(_, found)| found.silhouette).collect();
-    let mut entries = batches.entries(&points).into_iter();
+    let mut entries = batches.entries(&points, counters).into_iter();
     let node = |(path, Found { hit, silhouette }): (usize, Found<'a>)| {
         let vertex = match silhouette.and_then(|point| Some(point.entered(entries.next()?))) {
             Some(entered) => Vertex::Silhouette(entered),
@@ -205,6 +207,7 @@ fn draw(
             match &node.vertex {
                 Vertex::Silhouette(point) => {
                     counters.reflectance_queries += 1;
+                    counters.below_horizon_lights += u64::from(node.receiver.is_below(sample.wi));
                     *pdf = point.pdf(sample.wi);
                     requests.push(ColourRequest::new(point, sample.wi, index));
                 }
@@ -306,8 +309,8 @@ fn look_for_lights(
     for (&path, found) in active.iter().zip(found) {
         let path = &mut paths[path];
         match found {
-            None if cx.effects.environment => path.add_environment(cx),
-            Some(found) if cx.effects.area_lights => path.add_rectangle(cx, &found),
+            None if cx.effects.environment() => path.add_environment(cx),
+            Some(found) if cx.effects.area_lights() => path.add_rectangle(cx, &found),
             _ => {}
         }
     }

@@ -100,6 +100,7 @@ pub(super) fn transmittances(
                 return false;
             }
             counters.pass_throughs += 1;
+            counters.shadow_pass_throughs += 1;
             counters.shadow_rays += 1;
             shadow.ray.origin = behind(cx.scene, hit, shadow.ray.direction);
             shadow.ray.t_max -= hit.t;

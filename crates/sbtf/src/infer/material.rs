@@ -273,6 +273,14 @@ impl SilhouetteBtf for Material {
         self.architecture.opacity.see_through()
     }
 
+    fn uses_curvature(&self) -> bool {
+        self.architecture.uses_curvature()
+    }
+
+    fn opaque_from(&self) -> f32 {
+        self.architecture.opaque_from()
+    }
+
     fn alpha(&self, uv: Vec2, wo: Vec3, kappa_hat: f32) -> f32 {
         if let Some(alpha) = self.known_alpha(wo.z, kappa_hat) {
             return alpha;

@@ -89,6 +89,61 @@ fn assert_close(answers: &[Answer], wanted: &[Answer], name: &str) {
     assert!(worst < CLOSE, "{name}: off by {worst}");
 }
 
+/// Answers differ with the curvature where the form says that they do, and nowhere else.
+#[test]
+fn forms_know_whether_they_use_curvature() {
+    let blind = small(Architecture::neumip(0.1));
+    let mut forms = forms();
+    forms.extend([
+        ("blind but for offset taps", Architecture { offset_taps: vec![0.0, 0.5], ..blind.clone() }),
+        ("blind but for the reach", Architecture { offset: OffsetForm::AlongReach, ..blind.clone() }),
+        ("blind but for the input", Architecture { curvature: CurvatureInput::Given, ..blind.clone() }),
+        ("blind but for holes", Architecture { opacity: OpacityHead::Direct, ..blind.clone() }),
+        (
+            "blind but for holes with taps",
+            Architecture { opacity: OpacityHead::Direct, opacity_taps: vec![0.0, 1.0], ..blind },
+        ),
+    ]);
+    let mut blind = 0;
+    for (name, form) in forms {
+        let uses = form.uses_curvature();
+        let material = Material::new(&StoredModel::new(&Model::untrained(form, 7), Precision::F16));
+        let at = |query: &Query, kappa_hat| material.eval(&Query { kappa_hat, ..*query });
+        let differs = |q: &Query| [-1.0, 0.4, 2.4, 9.0].iter().any(|&kappa| at(q, kappa) != at(q, 0.0));
+        assert_eq!(queries(203, 0.1).iter().any(differs), uses, "{name}");
+        blind += usize::from(!uses);
+    }
+    assert_eq!(blind, 2, "with nothing blind the test says little");
+}
+
+/// Over the horizon and at least as steep as the form says, every ray hits.
+#[test]
+fn steep_rays_hit_whatever_the_curvature() {
+    for (name, form) in forms() {
+        let (from, range) = (form.opaque_from(), form.kappa_range);
+        if form.opacity != OpacityHead::Silhouette {
+            assert_eq!(from.is_infinite(), form.opacity == OpacityHead::Direct, "{name}");
+            continue;
+        }
+        let depth = form.depth;
+        let tight = largest_cosine(range[1], depth);
+        assert!(from >= tight && from < 1.00001 * tight, "{name}: {from} for {tight}");
+        let material = Material::new(&StoredModel::new(&Model::untrained(form, 7), Precision::F16));
+        let mut rays = Vec::new();
+        for i in 0..2000 {
+            let (cosine, angle) = (if i % 2 == 0 { from } else { from + 1e-4 * i as f32 }, 0.1 * i as f32);
+            let wo = ((1.0 - cosine * cosine).sqrt() * Vec2::from_angle(angle)).extend(cosine);
+            // Up to the end of the range, around it, and far beyond.
+            let kappa_hat = range[1] * [1.0, 0.002 * i as f32, 1.0 - 1e-7 * i as f32, -1e9, 1e9][i % 5];
+            rays.push(Incidence { uv: Vec2::new(0.37 * i as f32, 0.11), wo, kappa_hat });
+        }
+        let mut alphas = vec![0.0; rays.len()];
+        material.alpha_batch(&rays, &mut alphas);
+        let single = |ray: &Incidence| material.alpha(ray.uv, ray.wo, ray.kappa_hat);
+        assert!(rays.iter().zip(&alphas).all(|(ray, &alpha)| alpha == 1.0 && single(ray) == 1.0), "{name}");
+    }
+}
+
 #[test]
 fn every_way_to_ask_gives_what_the_model_defines() {
     let queries = queries(203, 0.1);

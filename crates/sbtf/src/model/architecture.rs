@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::query::SeeThrough;
+use crate::silhouette::largest_cosine;
 
 /// The form of a model.
 ///
@@ -233,6 +234,33 @@ impl Architecture {
     pub fn encode_curvature(&self, kappa_hat: f32) -> f32 {
         let largest = self.kappa_range[0].abs().max(self.kappa_range[1].abs());
         (kappa_hat.abs() / largest).sqrt().copysign(kappa_hat)
+    }
+
+    /// Whether any answer of a model of this form depends on the curvature: through a network's input, the silhouette, or the length of the
+    /// way along which features are fetched or offsets point.
+    #[must_use]
+    pub fn uses_curvature(&self) -> bool {
+        let apart = |taps: &[f32]| taps.iter().any(|&fraction| fraction != 0.0);
+        let opacity = match self.opacity {
+            OpacityHead::Silhouette => true,
+            OpacityHead::Direct => apart(&self.opacity_taps),
+            OpacityHead::Opaque => false,
+        };
+        let offset = self.offset == OffsetForm::AlongReach || apart(&self.offset_taps);
+        self.curvature == CurvatureInput::Given || opacity || offset
+    }
+
+    /// See [`SilhouetteBtf::opaque_from`](crate::SilhouetteBtf::opaque_from). No dip is deeper than the material and no curvature counts for
+    /// more than the largest of training, so that rays which come steeper than [`largest_cosine`] of both hit.
+    #[must_use]
+    pub fn opaque_from(&self) -> f32 {
+        /// The cosine grows with the curvature but for the last digits of its product and root.
+        const ROUNDING: f32 = 1.0 + 1e-6;
+        match self.opacity {
+            OpacityHead::Silhouette => ROUNDING * largest_cosine(self.kappa_range[1], self.depth),
+            OpacityHead::Direct => f32::INFINITY,
+            OpacityHead::Opaque => 0.0,
+        }
     }
 
     /// Number of curvature inputs, 0 or 1.
