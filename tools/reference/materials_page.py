@@ -1,10 +1,11 @@
 """Writes docs/materials.md: how the shipped materials were trained, and how good they are.
 
     cargo build --release
-    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--tables patches,holes,torus,forms]
+    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--deep DIR] [--tables patches,holes,torus,torus-deep,forms]
 
 Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped. Models of other
 forms to set beside ours, which do not ship, are `DIR/neumip/NAME.sbtf` and `DIR/paper/NAME.sbtf`; without --forms their table is left as it is.
+So it is with `DIR/NAME.sbtf`, trained with `--depth 0.2`, and --deep.
 """
 
 import argparse

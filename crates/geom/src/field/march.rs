@@ -130,6 +130,25 @@ mod tests {
         });
     }
 
+    /// Around the tube of a torus, and then not a second time.
+    #[test]
+    fn ends_where_it_began() {
+        let mesh = shapes::torus(1.0, 0.4, 40, 20);
+        with_field(&mesh, |field, _| {
+            let start = SurfacePoint { triangle: 7, barycentric: [0.3, 0.3, 0.4] };
+            let (p, n) = (field.position(start), field.normal(start).normalize());
+            // Within a half-plane through the axis, which no section leaves by itself.
+            let axis = mesh.positions().iter().fold(Vec3::zeros(), |sum, q| sum + q.abs()).imin();
+            let axis = Vec3::ith(axis, 1.0);
+            let around = axis.cross(&p).normalize();
+            let w = n.cross(&around).normalize() + n * 0.1;
+            let found = field.minimum_past(start, w, 1e3).unwrap();
+            assert_eq!(found.stop, Stop::Closed, "{found:?}");
+            let tube = std::f64::consts::TAU * 0.4;
+            assert!((found.length / tube - 1.0).abs() < 0.15, "{found:?}");
+        });
+    }
+
     #[test]
     fn ends_at_boundaries_non_manifold_edges_and_normal_incidence() {
         let plane = shapes::plane(8, 8);
