@@ -1,7 +1,7 @@
 """Writes docs/materials.md: how the shipped materials were trained, and how good they are.
 
     cargo build --release
-    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--deep DIR] [--tables patches,holes,torus,torus-deep,forms]
+    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--deep DIR] [--tables patches,holes,torus,torus-deep,torus-pictures,forms]
 
 Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped. Models of other
 forms to set beside ours, which do not ship, are `DIR/neumip/NAME.sbtf` and `DIR/paper/NAME.sbtf`; without --forms their table is left as it is.
@@ -110,12 +110,24 @@ def torus_row(path, keep, key="torus"):
     return "| " + " | ".join(cells) + " |", paper["left"], chord["left"]
 
 
+def picture_row(path, keep, forms):
+    """A row of the table of pictures on the torus: ours and NeuMIP's against displaced truth, and that against itself with other noise."""
+    baseline = str(forms.absolute() / "neumip" / path.name)
+    options = ["--scenes", "torus", "--baseline", baseline, "--pixels", "96", "--spp", "32", "--samples", "64"]
+    pictures = report(keep, f"{path.stem}-pictures", "eval", str(path), *options)["results"][0]["pictures"]
+    by_form = {picture["form"]: picture for picture in pictures}
+    cells = [path.stem]
+    for key, digits in [("psnr", 1), ("ssim", 3), ("flip", 3)]:
+        cells += [f"{by_form[form][key]:.{digits}f}" for form in ("neural", "neumip", "displaced")]
+    return "| " + " | ".join(cells) + " |"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keep", type=Path, help="keep the reports in this folder, and take those that are there")
     parser.add_argument("--forms", type=Path, help="folder with models of other forms, as above")
     parser.add_argument("--deep", type=Path, help="folder with models of twice the depth, as above")
-    parser.add_argument("--tables", default="patches,holes,torus,torus-deep,forms", help="which to write")
+    parser.add_argument("--tables", default="patches,holes,torus,torus-deep,torus-pictures,forms", help="which to write")
     args = parser.parse_args()
     keep = args.keep
     if keep:
@@ -138,6 +150,8 @@ def main():
     if "forms" in wanted and args.forms:
         rows = [form_row(path, keep, args.forms) for path in solid]
         tables["forms"] = [row for row in rows if row]
+    if "torus-pictures" in wanted and args.forms:
+        tables["torus-pictures"] = [picture_row(path.absolute(), keep, args.forms) for path in solid]
     text = (ROOT / "docs" / "materials.md").read_text()
     for key, lines in tables.items():
         begin, end = f"<!-- {key} -->\n", f"<!-- end of {key} -->"
