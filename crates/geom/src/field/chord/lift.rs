@@ -25,8 +25,10 @@ impl Patch {
 
     /// Height above the triangle.
     pub fn lift(&self, [a, b, c]: [f64; 3]) -> f64 {
+        // A side without a share counts for nothing, however wild the estimates at its ends.
+        let side = |weight: f64, bend: f64| if weight == 0.0 { 0.0 } else { weight * bend };
         let [ab, bc, ca] = self.bends;
-        0.5 * (a * b * ab + b * c * bc + c * a * ca)
+        0.5 * (side(a * b, ab) + side(b * c, bc) + side(c * a, ca))
     }
 
     /// The lifted section's unit tangent at the start; `None` where the first piece is too short to have a direction.
