@@ -8,7 +8,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use osculate_geom::Mesh;
 use osculate_geom::curvature::{CurvatureOptions, estimate};
 use osculate_geom::field::{
-    CurvatureField, Filter, FilterQuery, SkipBounds, WalkLength, bake_minimum, spread_queries,
+    BakedChord, CurvatureField, Filter, FilterQuery, SkipBounds, WalkLength, bake_minimum, spread_queries,
 };
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::rays::{Bvh, Ray, to_f32};
@@ -37,6 +37,7 @@ fn filters(c: &mut Criterion) {
             ("march_within", Filter::MarchWithin { bounds, tolerance }),
             ("baked", Filter::Baked(Arc::new(bake_minimum(&field, 16, length)))),
             ("chord", Filter::Chord),
+            ("baked_chord", Filter::BakedChord(Arc::new(BakedChord::new(&field, 16, length)))),
         ] {
             group.bench_with_input(BenchmarkId::new(name, share), &queries, |b, queries| {
                 b.iter(|| queries.iter().filter_map(|q| filter.ask(&field, black_box(q))).count());

@@ -10,7 +10,9 @@ use std::sync::Arc;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use osculate_geom::curvature::{CurvatureOptions, estimate};
-use osculate_geom::field::{CurvatureField, Filter, FilterQuery, SurfacePoint, WalkLength};
+use osculate_geom::field::{
+    BakedChord, CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength,
+};
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::shapes;
 use osculate_render::scene::{
@@ -98,7 +100,7 @@ impl DirectionalCurvature for Field {
 }
 
 /// A torus under the shipped stones, with a sun and an even sky.
-fn stones(filter: Filter) -> Scene {
+fn stones(filter: FilterKind) -> Scene {
     let (columns, rows) = (240, 120);
     let mesh = Arc::new(shapes::torus_with_uv(1.0, 0.45, columns, rows));
     let surface = Surface::new(&mesh, Weld::Exact).into_owned();
@@ -119,6 +121,8 @@ fn stones(filter: Filter) -> Scene {
     scene.objects.truncate(1);
     scene.objects[0].mesh = mesh;
     let walk = WalkLength::Shell { depth: f64::from(depth) };
+    let filter = Filter::of_kind(filter)
+        .unwrap_or_else(|| Filter::BakedChord(Arc::new(BakedChord::new(&field, BakedChord::AZIMUTHS, walk))));
     scene.objects[0].field = Some(Arc::new(Field { field, filter, walk }));
     scene.lights =
         vec![Light::Directional { direction: Vec3::new(-1.0, -1.5, -0.5), irradiance: Vec3::splat(2.3) }];
@@ -139,7 +143,8 @@ fn bench_queries(c: &mut Criterion) {
         ("4096 side by side", Queries::Batched { paths: 4096 }, 1),
         ("1024 side by side, two threads", Queries::Batched { paths: 1024 }, 2),
     ];
-    for (filter, scene) in [("chord", stones(Filter::Chord)), ("point", stones(Filter::Point))] {
+    for filter in [FilterKind::Chord, FilterKind::BakedChord, FilterKind::Point] {
+        let (filter, scene) = (filter.name(), stones(filter));
         for (name, queries, threads) in ways {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let options = RenderOptions { stop: StopRule::Samples(8), queries, ..RenderOptions::default() };

@@ -6,7 +6,9 @@ use glam::Vec3;
 use osculate_geom::Mesh;
 use osculate_geom::bake::BakedMesh;
 use osculate_geom::curvature::VertexCurvature;
-use osculate_geom::field::{CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength};
+use osculate_geom::field::{
+    BakedChord, CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength,
+};
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_render::scene::{DirectionalCurvature, RayCurvature};
 
@@ -23,24 +25,22 @@ const SKIP_SHARE: f64 = 1e-3;
 
 impl OwnedField {
     /// The field of a mesh whose curvature is given per mesh vertex. `walk`: how far the filter looks, by default as far as
-    /// a ray can be in a material of the usual depth.
+    /// a ray can be in a material of the usual depth. `None` if the filter is `baked`, whose table is in files.
     pub fn of_mesh(
         mesh: &Mesh,
         weld: Weld,
         curvature: &[VertexCurvature],
-        filter: Filter,
+        filter: FilterKind,
         walk: Option<WalkLength>,
-    ) -> Self {
-        let surface = Surface::new(mesh, weld).into_owned();
-        let mut on_surface = vec![None; surface.positions().len()];
-        for (vertex, &estimate) in curvature.iter().enumerate() {
-            on_surface[surface.surface_from_vertex(vertex)].get_or_insert(estimate);
-        }
-        let on_surface: Vec<_> =
-            on_surface.into_iter().map(|c| c.expect("every surface vertex has a mesh vertex")).collect();
-        let field = CurvatureField::new(surface, on_surface).with_uv_set(mesh, 0);
-        let walk = walk.unwrap_or_else(|| WalkLength::of_mesh(field.diagonal()));
-        Self { field, filter, walk }
+    ) -> Option<Self> {
+        let (field, walk) = field_of(mesh, weld, curvature, walk);
+        let filter = match filter {
+            FilterKind::BakedChord => {
+                Filter::BakedChord(Arc::new(BakedChord::new(&field, BakedChord::AZIMUTHS, walk)))
+            }
+            other => Filter::of_kind(other)?,
+        };
+        Some(Self { field, filter, walk })
     }
 
     /// The field of a baked mesh, with what was baked of the filter. `None` if the filter is `baked` and the file has none.
@@ -52,27 +52,45 @@ impl OwnedField {
             WalkLength::ShellAt { depth, .. } => WalkLength::Shell { depth },
             other => other,
         }));
-        let rows = baked.filter().zip(record);
-        let plain = Filter::of_kind(filter).unwrap_or(Filter::Point);
-        let mut owned = Self::of_mesh(baked.mesh(), weld, baked.curvature(), plain, walk);
-        owned.filter = match (filter, rows) {
-            (FilterKind::Baked, None) => return None,
-            (FilterKind::Baked, Some((rows, record))) => {
-                Filter::Baked(Arc::new(rows.minimum(owned.field.surface(), record.walk)))
-            }
-            (FilterKind::March, Some((rows, record))) => Filter::MarchWithin {
-                bounds: Arc::new(rows.bounds(owned.field.surface(), record.bound_length)),
-                tolerance: SKIP_SHARE / owned.field.diagonal(),
-            },
-            _ => owned.filter,
+        let (kind, rows) = (filter, baked.filter().zip(record));
+        let (FilterKind::Baked | FilterKind::March, Some((rows, record))) = (kind, rows) else {
+            return Self::of_mesh(baked.mesh(), weld, baked.curvature(), kind, walk);
         };
-        Some(owned)
+        let (field, walk) = field_of(baked.mesh(), weld, baked.curvature(), walk);
+        let filter = if kind == FilterKind::Baked {
+            Filter::Baked(Arc::new(rows.minimum(field.surface(), record.walk)))
+        } else {
+            Filter::MarchWithin {
+                bounds: Arc::new(rows.bounds(field.surface(), record.bound_length)),
+                tolerance: SKIP_SHARE / field.diagonal(),
+            }
+        };
+        Some(Self { field, filter, walk })
     }
 
     /// For a scene.
     pub fn shared(self) -> Arc<dyn DirectionalCurvature> {
         Arc::new(self)
     }
+}
+
+/// The field of a mesh whose curvature is given per mesh vertex, and how far filters look.
+fn field_of(
+    mesh: &Mesh,
+    weld: Weld,
+    curvature: &[VertexCurvature],
+    walk: Option<WalkLength>,
+) -> (CurvatureField<'static>, WalkLength) {
+    let surface = Surface::new(mesh, weld).into_owned();
+    let mut on_surface = vec![None; surface.positions().len()];
+    for (vertex, &estimate) in curvature.iter().enumerate() {
+        on_surface[surface.surface_from_vertex(vertex)].get_or_insert(estimate);
+    }
+    let on_surface: Vec<_> =
+        on_surface.into_iter().map(|c| c.expect("every surface vertex has a mesh vertex")).collect();
+    let field = CurvatureField::new(surface, on_surface).with_uv_set(mesh, 0);
+    let walk = walk.unwrap_or_else(|| WalkLength::of_mesh(field.diagonal()));
+    (field, walk)
 }
 
 fn point(triangle: usize, barycentrics: [f32; 3]) -> SurfacePoint {

@@ -37,6 +37,9 @@ pub enum FilterArg {
     Baked,
     /// The circle with the ray's entry angle and exit distance
     Chord,
+    /// The same from a table that is made first: for long renderings
+    #[value(name = "baked_chord")]
+    BakedChord,
 }
 
 impl From<FilterArg> for FilterKind {
@@ -46,6 +49,7 @@ impl From<FilterArg> for FilterKind {
             FilterArg::March => Self::March,
             FilterArg::Baked => Self::Baked,
             FilterArg::Chord => Self::Chord,
+            FilterArg::BakedChord => Self::BakedChord,
         }
     }
 }

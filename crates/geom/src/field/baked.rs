@@ -14,13 +14,13 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::azimuths::{Around, Between, over_corners};
 use super::march::minimum_past;
 use super::queries::spread_queries;
 use super::skip::SkipBounds;
 use super::start::Start;
-use super::surface_field::{CurvatureField, SurfacePoint};
+use super::surface_field::CurvatureField;
 use super::walk_length::WalkLength;
-use crate::Vec3;
 use crate::bake::nearest_f32;
 
 /// For every surface vertex, by how much the minimum filter lowers the curvature in a number of directions.
@@ -86,29 +86,13 @@ impl BakedMinimum {
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
         let Some(at) = &start.section else { return start.along(field) };
-        let corners = field.surface().triangles()[start.point.triangle];
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for (vertex, weight) in corners.into_iter().zip(start.point.barycentric) {
-            let Some(principal) = field.principal(vertex).filter(|_| weight > 0.0) else { continue };
-            let azimuth = at.forward.dot(&principal.d2).atan2(at.forward.dot(&principal.d1));
-            sum += weight * self.at(vertex as usize, azimuth);
-            weights += weight;
-        }
-        let lowering = if weights > 0.0 { sum / weights } else { 0.0 };
+        let lowered = over_corners(field, start.point, |vertex, principal| {
+            let row = self.row(vertex);
+            [Between::new(principal, &at.forward, self.azimuths).mix(|k| f64::from(row[k]))]
+        });
+        let [lowering] = lowered.unwrap_or_default();
         // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
         start.along(field).min(at.kappa - lowering)
-    }
-
-    /// Linear between the two nearest azimuths.
-    fn at(&self, vertex: usize, azimuth: f64) -> f64 {
-        let row = self.row(vertex);
-        let place = (azimuth / std::f64::consts::TAU).rem_euclid(1.0) * self.azimuths as f64;
-        // Rounding can make the remainder 1: the place after the last is the first.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in [0, azimuths]")]
-        let index = place as usize;
-        let share = place - index as f64;
-        let (one, two) = (row[index % self.azimuths], row[(index + 1) % self.azimuths]);
-        (1.0 - share) * f64::from(one) + share * f64::from(two)
     }
 
     /// Measures how far the table is from the walk, on `queries` spread queries. `None` without any.
@@ -150,7 +134,7 @@ impl BakedMinimum {
 }
 
 /// Nearest rank in sorted values.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+pub(super) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.max(1) - 1).copied()
@@ -167,37 +151,15 @@ fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
 pub fn bake_minimum(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> BakedMinimum {
     assert!(BakedMinimum::AZIMUTHS.contains(&azimuths), "{azimuths} azimuths are not offered");
     let walk = walk.for_table();
-    let surface = field.surface();
-    let mut corner_of = vec![None; surface.positions().len()];
-    for (triangle, corners) in surface.triangles().iter().enumerate() {
-        for (k, &vertex) in corners.iter().enumerate() {
-            corner_of[vertex as usize].get_or_insert((triangle, k));
-        }
-    }
-    let lowering = corner_of
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(vertex, corner)| {
-            (0..azimuths).map(move |k| {
-                let azimuth = std::f64::consts::TAU * k as f64 / azimuths as f64;
-                corner.map_or(0.0, |corner| lowering(field, vertex, corner, azimuth, walk))
-            })
-        })
-        .collect();
+    let row = |around: Option<Around<'_>>| -> Vec<f32> {
+        let lowered = |k: usize| {
+            let azimuth = std::f64::consts::TAU * k as f64 / azimuths as f64;
+            let start = around.as_ref()?.start(field, azimuth, 0.0)?;
+            let length = walk.resolve(start.along(field), start.cosine, field.diagonal());
+            Some(nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0)))
+        };
+        (0..azimuths).map(|k| lowered(k).unwrap_or(0.0)).collect()
+    };
+    let lowering = Around::every_vertex(field).map(row).collect::<Vec<_>>().concat();
     BakedMinimum { azimuths, lowering, walk }
-}
-
-fn lowering(
-    field: &CurvatureField<'_>,
-    vertex: usize,
-    (triangle, corner): (usize, usize),
-    azimuth: f64,
-    walk: WalkLength,
-) -> f32 {
-    let Some(principal) = field.principal(crate::mesh::index_u32(vertex)) else { return 0.0 };
-    let barycentric = std::array::from_fn(|k| if k == corner { 1.0 } else { 0.0 });
-    let forward: Vec3 = principal.d1 * azimuth.cos() + principal.d2 * azimuth.sin();
-    let Some(start) = Start::new(field, SurfacePoint { triangle, barycentric }, -forward) else { return 0.0 };
-    let length = walk.resolve(start.along(field), start.cosine, field.diagonal());
-    nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0))
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::baked::BakedMinimum;
+use super::baked_chord::BakedChord;
 use super::chord::{PACE, chord};
 use super::march::minimum_past;
 use super::section::Stop;
@@ -38,7 +39,7 @@ pub struct FilterAnswer {
     pub stop: Stop,
     /// [`Filter::Chord`] only: distance along the ray from entry to exit, where it comes out within reach.
     pub t_exit: Option<f64>,
-    /// [`Filter::Chord`] only: mean UV displacement per world unit on the way, where the field has UVs.
+    /// [`Filter::Chord`] and its table only: mean UV displacement per world unit on the way, where the field has UVs.
     pub uv_rate: Option<[f64; 2]>,
 }
 
@@ -55,11 +56,13 @@ pub enum FilterKind {
     Baked,
     /// [`Filter::Chord`].
     Chord,
+    /// [`Filter::BakedChord`].
+    BakedChord,
 }
 
 impl FilterKind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Point, Self::March, Self::Baked, Self::Chord];
+    pub const ALL: [Self; 5] = [Self::Point, Self::March, Self::Baked, Self::Chord, Self::BakedChord];
 
     /// As it is written in files.
     #[must_use]
@@ -69,6 +72,7 @@ impl FilterKind {
             Self::March => "march",
             Self::Baked => "baked",
             Self::Chord => "chord",
+            Self::BakedChord => "baked_chord",
         }
     }
 }
@@ -91,6 +95,8 @@ pub enum Filter {
     Baked(Arc<BakedMinimum>),
     /// The circle that shares entry angle and exit distance with the ray, see [`Chord`](super::Chord).
     Chord,
+    /// The same from a table.
+    BakedChord(Arc<BakedChord>),
 }
 
 impl Filter {
@@ -102,16 +108,17 @@ impl Filter {
             Self::March | Self::MarchWithin { .. } => FilterKind::March,
             Self::Baked(_) => FilterKind::Baked,
             Self::Chord => FilterKind::Chord,
+            Self::BakedChord(_) => FilterKind::BakedChord,
         }
     }
 
-    /// The filter of this kind that needs nothing but the field; `None` for [`FilterKind::Baked`], which needs a table.
+    /// The filter of this kind that needs nothing but the field; `None` for those that need a table.
     #[must_use]
     pub fn of_kind(kind: FilterKind) -> Option<Self> {
         match kind {
             FilterKind::Point => Some(Self::Point),
             FilterKind::March => Some(Self::March),
-            FilterKind::Baked => None,
+            FilterKind::Baked | FilterKind::BakedChord => None,
             FilterKind::Chord => Some(Self::Chord),
         }
     }
@@ -143,6 +150,10 @@ impl Filter {
         let start = Start::new(field, query.point, query.w)?;
         if let Self::Baked(table) = self {
             return Some(still(table.kappa(field, &start), Stop::NoWalk));
+        }
+        if let Self::BakedChord(table) = self {
+            let (kappa, uv_rate) = table.answer(field, &start);
+            return Some(FilterAnswer { uv_rate, ..still(kappa, Stop::NoWalk) });
         }
         if let Self::Chord = self {
             let found = chord(field, &start, query.length, PACE);

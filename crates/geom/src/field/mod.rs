@@ -3,7 +3,9 @@
 //! [`Filter`] is the one interface to all ways to turn a ray at a surface point into the curvature that a material is asked
 //! with; [`CurvatureField`] holds the data.
 
+mod azimuths;
 mod baked;
+mod baked_chord;
 mod chord;
 mod direction;
 mod filter;
@@ -23,6 +25,7 @@ mod walk_length;
 mod tests;
 
 pub use baked::{BakedError, BakedMinimum, bake_minimum};
+pub use baked_chord::{BakedChord, BakedChordError};
 pub use chord::Chord;
 pub use filter::{Filter, FilterAnswer, FilterKind, FilterQuery};
 pub use front::MAX_CROSSINGS;

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use osculate_geom::field::FilterKind;
 use osculate_sbtf::SilhouetteBtf;
 use osculate_sbtf::sampling::Sampler;
 use serde::{Deserialize, Serialize};
@@ -45,4 +46,15 @@ pub enum QueryForm {
     /// [`Filter::Chord`](osculate_geom::field::Filter::Chord).
     #[default]
     Chord,
+}
+
+impl QueryForm {
+    /// The form that makes use of all that a filter finds.
+    #[must_use]
+    pub fn of_filter(filter: FilterKind) -> Self {
+        match filter {
+            FilterKind::Chord | FilterKind::BakedChord => Self::Chord,
+            FilterKind::Point | FilterKind::March | FilterKind::Baked => Self::Paper,
+        }
+    }
 }

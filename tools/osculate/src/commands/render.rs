@@ -10,7 +10,7 @@ use clap::Args;
 use osculate_geom::Mesh;
 use osculate_geom::bake::BakeOptions;
 use osculate_geom::curvature::estimate;
-use osculate_geom::field::{Filter, FilterKind, WalkLength};
+use osculate_geom::field::{FilterKind, WalkLength};
 use osculate_geom::mesh::Surface;
 use osculate_geom::reference::{Axis, Shape};
 use osculate_geom::shapes;
@@ -317,8 +317,10 @@ fn load_mesh(
     };
     let field = match &curvature {
         Some(curvature) if needs_filter => {
-            let filter = Filter::of_kind(kind).ok_or_else(no_table)?;
-            Some(OwnedField::of_mesh(&mesh, options.weld, curvature, filter, walk_on(&mesh)).shared())
+            let _step =
+                (kind == FilterKind::BakedChord).then(|| console.step("following chords from every vertex"));
+            let field = OwnedField::of_mesh(&mesh, options.weld, curvature, kind, walk_on(&mesh));
+            Some(field.ok_or_else(no_table)?.shared())
         }
         _ => None,
     };

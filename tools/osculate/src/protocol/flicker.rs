@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use glam::Vec3;
+use osculate_geom::field::FilterKind;
 use osculate_render::metrics::{Flicker, flicker};
 use osculate_render::{Frame, RenderOptions, StopRule, render_frames};
 use osculate_sbtf::brdf::luminance;
@@ -9,7 +10,6 @@ use serde::Serialize;
 
 use super::pictures::PictureOptions;
 use super::subject::{Entry, Form, Subject, Truth};
-use osculate_render::scene::QueryForm;
 
 /// Frames of each motion, and how far things move from one to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +68,7 @@ pub fn flicker_rows(
     (options, of_pictures): (&FlickerOptions, &PictureOptions),
     tick: &mut dyn FnMut(f64),
 ) -> Result<Vec<FlickerRow>> {
-    let asked = Form::Asked { entry: model.clone(), query: QueryForm::default(), exact_curvature: false };
+    let asked = Form::Asked { entry: model.clone(), filter: FilterKind::Chord, exact_curvature: false };
     let mut forms = vec![("displaced", Form::Displaced(truth)), ("neural", asked)];
     forms.extend(baseline.map(|entry| ("neumip", Form::Blind(entry.clone()))));
     let mut done = 0.0;

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use glam::Vec3;
+use osculate_geom::field::FilterKind;
 use osculate_render::metrics::{FlipOptions, Image, flip, psnr, ssim};
-use osculate_render::scene::QueryForm;
 use osculate_render::{RenderOptions, StopRule};
 use osculate_sbtf::micro::HeightField;
 use serde::Serialize;
@@ -72,7 +72,7 @@ pub fn pictures(
     let texels = heights.heights().texels().len();
     // Height, three colours, roughness and metalness, a float each, and the normals that are made of them.
     let maps = texels * 4 * (1 + 3 + 1 + 1 + 3);
-    let asked = Form::Asked { entry: model.0.clone(), query: QueryForm::default(), exact_curvature: false };
+    let asked = Form::Asked { entry: model.0.clone(), filter: FilterKind::Chord, exact_curvature: false };
     let mut forms = vec![("neural", asked, model.1)];
     if let Some((entry, bytes)) = baseline {
         forms.push(("neumip", Form::Blind(entry.clone()), bytes));

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
+use osculate_geom::field::FilterKind;
 use osculate_render::output::png_bytes;
 use osculate_render::scene::QueryForm;
 
@@ -19,13 +20,13 @@ pub fn print(results: &[Comparison], console: &Console) {
     for result in results {
         console.result(format_args!("{} on {}, depth {}", result.name, result.scene, result.depth));
         console.result(
-            "  form    query  curvature    IoU      band     left     10      35      60 deg   seconds",
+            "  form    asked by  curvature    IoU      band     left     10      35      60 deg   seconds",
         );
         for row in &result.silhouettes {
             console.result(format_args!(
-                "  {:<7} {:<6} {:<9}  {:.5}  {:.5}  {:>6.3}  {}   {:>6.2}",
+                "  {:<7} {:<8}  {:<9}  {:.5}  {:.5}  {:>6.3}  {}   {:>6.2}",
                 row.form,
-                query_name(row.query),
+                asked_by(row.filter),
                 if row.exact_curvature { "exact" } else { "mesh" },
                 row.iou,
                 row.band_iou,
@@ -90,11 +91,14 @@ fn motion_name(motion: Motion) -> &'static str {
     }
 }
 
-fn query_name(query: Option<QueryForm>) -> &'static str {
-    match query {
+fn asked_by(filter: Option<FilterKind>) -> &'static str {
+    match filter {
         None => "-",
-        Some(QueryForm::Paper) => "paper",
-        Some(QueryForm::Chord) => "chord",
+        Some(FilterKind::BakedChord) => "table",
+        Some(filter) => match QueryForm::of_filter(filter) {
+            QueryForm::Paper => "paper",
+            QueryForm::Chord => "chord",
+        },
     }
 }
 

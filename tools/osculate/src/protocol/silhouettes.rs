@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
+use osculate_geom::field::FilterKind;
 use osculate_render::scene::QueryForm;
 use osculate_render::{Camera, Mask, coverage};
 use osculate_sbtf::micro::HeightField;
@@ -59,6 +60,8 @@ pub struct SilhouetteRow {
     pub form: &'static str,
     /// How it was asked; `None` for the base.
     pub query: Option<QueryForm>,
+    /// By which filter; `None` for the base.
+    pub filter: Option<FilterKind>,
     /// Whether it was told the exact curvature.
     pub exact_curvature: bool,
     /// Intersection over union with the truth, over all cameras together.
@@ -85,13 +88,13 @@ pub struct MaskSet {
     pub rows: Vec<SilhouetteRow>,
 }
 
-/// Casts the masks of `samples` by `samples` rays.
+/// Casts the masks of `samples` by `samples` rays. `with_table`: the model also with chords from a table.
 pub fn silhouettes(
     subject: &Subject,
     (truth, heights): (&Truth, &HeightField),
     model: &Entry,
     oracle: &Entry,
-    samples: u32,
+    (samples, with_table): (u32, bool),
     tick: &mut dyn FnMut(),
 ) -> Result<MaskSet> {
     let cameras: Vec<Camera> = subject.cameras.iter().map(|c| c.1).collect();
@@ -113,13 +116,14 @@ pub fn silhouettes(
         truth.iter().zip(masks).zip(&band).map(|((t, m), b)| Band::of(t, m, b)).collect()
     };
     let base_bands = judge(&base);
-    let row = |form, query, exact_curvature, masks: &[Mask], seconds| {
+    let row = |form, filter: Option<FilterKind>, exact_curvature, masks: &[Mask], seconds| {
         let bands = judge(masks);
         let total = sum(&bands);
         let left = |a: Band, b: Band| if a == b { 1.0 } else { (1.0 - a.iou()) / (1.0 - b.iou()) };
         SilhouetteRow {
             form,
-            query,
+            query: filter.map(QueryForm::of_filter),
+            filter,
             exact_curvature,
             iou: total.iou(),
             band_iou: total.band_iou(),
@@ -136,10 +140,11 @@ pub fn silhouettes(
         if exact_curvature && !subject.has_exact_curvature() {
             continue;
         }
-        for query in [QueryForm::Paper, QueryForm::Chord] {
-            let (masks, seconds) = cast(&Form::Asked { entry: entry.clone(), query, exact_curvature })?;
-            rows.push(row(form, Some(query), exact_curvature, &masks, seconds));
-            if form == "model" && query == QueryForm::default() {
+        let table = (with_table && form == "model").then_some(FilterKind::BakedChord);
+        for filter in [FilterKind::March, FilterKind::Chord].into_iter().chain(table) {
+            let (masks, seconds) = cast(&Form::Asked { entry: entry.clone(), filter, exact_curvature })?;
+            rows.push(row(form, Some(filter), exact_curvature, &masks, seconds));
+            if form == "model" && filter == FilterKind::Chord {
                 default_masks = masks;
             }
         }

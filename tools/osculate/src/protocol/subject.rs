@@ -9,7 +9,7 @@ use glam::Vec3;
 use osculate_geom::bake::BakeOptions;
 use osculate_geom::curvature::{Principal, Status, VertexCurvature, estimate};
 use osculate_geom::displacement::HeightTile;
-use osculate_geom::field::{Filter, FilterKind, WalkLength};
+use osculate_geom::field::{FilterKind, WalkLength};
 use osculate_geom::mesh::{Surface, uv_scale};
 use osculate_geom::{Mesh, shapes};
 use osculate_render::scene::{Laying, MicroSurface, QueryForm, SilhouetteMaterial, SurfaceSource};
@@ -66,10 +66,9 @@ pub enum Form<'a> {
     Inner(&'a HeightField),
     /// Real triangles.
     Displaced(&'a Truth),
-    /// A material that is asked.
-    Asked { entry: Entry, query: QueryForm, exact_curvature: bool },
-    /// A material that is asked by the paper's query with the curvature at the point, unfiltered.
-    Unfiltered(Entry),
+    /// A material that is asked,
+    /// by the chord query if the filter finds chords, by the paper's otherwise.
+    Asked { entry: Entry, filter: FilterKind, exact_curvature: bool },
     /// A material that is asked without curvature.
     Blind(Entry),
     /// The mesh itself with colours and normals of the heights.
@@ -219,32 +218,26 @@ impl Subject {
                 let micro = MicroSurface::flat(&self.mesh, heights, &self.laying);
                 (Arc::clone(&self.mesh), Material { micro: Some(micro), ..Material::default() }, None)
             }
-            Form::Unfiltered(entry) => {
-                let field = self.field(entry, Filter::Point, &self.curvature);
-                (Arc::clone(&self.mesh), self.asked(entry, QueryForm::Paper), Some(field.shared()))
-            }
-            Form::Asked { entry, query, exact_curvature } => {
-                let filter = match query {
-                    QueryForm::Paper => Filter::March,
-                    QueryForm::Chord => Filter::Chord,
-                };
+            Form::Asked { entry, filter, exact_curvature } => {
                 let curvature = match (&self.exact, exact_curvature) {
                     (Some(exact), true) => exact,
                     (_, false) => &self.curvature,
                     (None, true) => bail!("{}: its exact curvature is not known", self.name),
                 };
-                let field = self.field(entry, filter, curvature);
-                (Arc::clone(&self.mesh), self.asked(entry, *query), Some(field.shared()))
+                let field = self.field(entry, *filter, curvature)?;
+                let material = self.asked(entry, QueryForm::of_filter(*filter));
+                (Arc::clone(&self.mesh), material, Some(field.shared()))
             }
         };
         Ok(MeshInstance { surface: SurfaceSource::Material(material), field, ..MeshInstance::new(mesh) })
     }
 
     /// What an entry's depth lets the filter see.
-    fn field(&self, entry: &Entry, filter: Filter, curvature: &[VertexCurvature]) -> OwnedField {
+    fn field(&self, entry: &Entry, filter: FilterKind, curvature: &[VertexCurvature]) -> Result<OwnedField> {
         let depth = f64::from(entry.depth) * f64::from(self.laying.tile_size);
         let walk = Some(WalkLength::Shell { depth });
-        OwnedField::of_mesh(&self.mesh, BakeOptions::default().weld, curvature, filter, walk)
+        let field = OwnedField::of_mesh(&self.mesh, BakeOptions::default().weld, curvature, filter, walk);
+        field.with_context(|| format!("{}: no table of the filter {} is at hand", self.name, filter.name()))
     }
 
     fn asked(&self, entry: &Entry, query: QueryForm) -> Material {

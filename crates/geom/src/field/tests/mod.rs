@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+mod baked_chord;
 mod chord;
 mod degenerate;
 

@@ -7,7 +7,6 @@ use anyhow::Result;
 use glam::Vec3;
 use osculate_geom::field::FilterKind;
 use osculate_render::metrics::{FlipOptions, Image, flip};
-use osculate_render::scene::QueryForm;
 use osculate_render::{Frame, RenderOptions, Rendering, Scene, StopRule, render_frames};
 use osculate_sbtf::infer::StoredModel;
 use osculate_sbtf::march::HeightMarch;
@@ -305,15 +304,11 @@ fn scene(
     // Height, three colours, roughness and metalness, a float each, and the normals that are made of them.
     let maps = texels * 4 * (1 + 3 + 1 + 1 + 3);
     let entry = |btf| Entry { btf, sampler: Arc::new(Sampler::cosine()), depth: heights.depth() };
-    let asked = |entry| Form::Asked { entry, query: QueryForm::Chord, exact_curvature: false };
+    let asked = |entry| Form::Asked { entry, filter: FilterKind::Chord, exact_curvature: false };
     let coarse;
     let (form, bytes) = match shown {
-        Shown::Neural { filter: FilterKind::Point } => {
-            (Form::Unfiltered(model.entry.clone()), model.size.bytes)
-        }
         Shown::Neural { filter } => {
-            let query = if filter == FilterKind::Chord { QueryForm::Chord } else { QueryForm::Paper };
-            let form = Form::Asked { entry: model.entry.clone(), query, exact_curvature: false };
+            let form = Form::Asked { entry: model.entry.clone(), filter, exact_curvature: false };
             (form, model.size.bytes)
         }
         Shown::Network { index } => {

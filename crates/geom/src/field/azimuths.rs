@@ -1,0 +1,107 @@
+//! Tables over the azimuth around a vertex: evenly spaced from the direction of the larger principal curvature.
+
+use rayon::prelude::*;
+
+use super::section::fan;
+use super::start::Start;
+use super::surface_field::{CurvatureField, SurfacePoint};
+use crate::Vec3;
+use crate::curvature::Principal;
+use crate::mesh::index_u32;
+
+/// Between two neighbouring entries of a table around a vertex.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Between {
+    /// The entry before, and that after.
+    pub entries: [usize; 2],
+    /// Share of the one after, in `[0, 1]`.
+    pub share: f64,
+}
+
+impl Between {
+    /// Where a direction lies in a table of so many azimuths.
+    pub fn new(principal: &Principal, forward: &Vec3, azimuths: usize) -> Self {
+        let azimuth = forward.dot(&principal.d2).atan2(forward.dot(&principal.d1));
+        let place = (azimuth / std::f64::consts::TAU).rem_euclid(1.0) * azimuths as f64;
+        // Rounding can make the remainder 1: the place after the last is the first.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in [0, azimuths]")]
+        let index = place as usize;
+        Self { entries: [index % azimuths, (index + 1) % azimuths], share: place - index as f64 }
+    }
+
+    /// Linear between the values of both entries.
+    pub fn mix(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let [before, after] = self.entries;
+        (1.0 - self.share) * value(before) + self.share * value(after)
+    }
+}
+
+/// The mean over the corners of a triangle of what `value` says of a direction at each of them; corners without an estimate, and those
+/// without weight, are left out. `None` if that leaves none.
+pub(super) fn over_corners<const N: usize>(
+    field: &CurvatureField<'_>,
+    point: SurfacePoint,
+    value: impl Fn(usize, &Principal) -> [f64; N],
+) -> Option<[f64; N]> {
+    let (mut sum, mut weights) = ([0.0; N], 0.0);
+    for (vertex, weight) in field.surface().triangles()[point.triangle].into_iter().zip(point.barycentric) {
+        let Some(principal) = field.principal(vertex).filter(|_| weight > 0.0) else { continue };
+        let values = value(vertex as usize, principal);
+        sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+        weights += weight;
+    }
+    (weights > 0.0).then(|| sum.map(|sum| sum / weights))
+}
+
+/// A vertex to start from, and the triangles around it.
+pub(super) struct Around<'p> {
+    vertex: u32,
+    principal: &'p Principal,
+    triangles: Vec<usize>,
+}
+
+impl<'p> Around<'p> {
+    /// One for every surface vertex; `None` for those without a triangle or an estimate.
+    pub fn every_vertex(field: &'p CurvatureField<'_>) -> impl IndexedParallelIterator<Item = Option<Self>> {
+        let mut triangle_of = vec![None; field.surface().positions().len()];
+        for (triangle, corners) in field.surface().triangles().iter().enumerate() {
+            for &vertex in corners {
+                triangle_of[vertex as usize].get_or_insert(triangle);
+            }
+        }
+        triangle_of.into_par_iter().enumerate().map(|(vertex, triangle)| {
+            let vertex = index_u32(vertex);
+            let principal = field.principal(vertex)?;
+            Some(Self { vertex, principal, triangles: fan(field, triangle?, vertex) })
+        })
+    }
+
+    /// The ray that comes from the azimuth's other side, with this cosine to the normal.
+    pub fn start(&self, field: &CurvatureField<'_>, azimuth: f64, cosine: f64) -> Option<Start> {
+        let forward = self.principal.d1 * azimuth.cos() + self.principal.d2 * azimuth.sin();
+        let normal = self.principal.normal();
+        let w = normal * cosine - forward * (1.0 - cosine * cosine).sqrt();
+        Start::new(field, self.towards(field, &normal.cross(&forward), &forward), w)
+    }
+
+    /// The vertex as a corner of the triangle that lies in a direction, of any triangle if none does: walks that start in another one look
+    /// for it.
+    fn towards(&self, field: &CurvatureField<'_>, plane: &Vec3, forward: &Vec3) -> SurfacePoint {
+        let surface = field.surface();
+        let here = surface.positions()[self.vertex as usize];
+        let is_ahead = |triangle: &&usize| {
+            let mut others =
+                surface.corners(**triangle).map(|p| p - here).into_iter().filter(|d| *d != Vec3::zeros());
+            let (Some(a), Some(b)) = (others.next(), others.next()) else { return false };
+            let [over, under] = [plane.dot(&a), plane.dot(&b)];
+            // Where the plane cuts the side between them, times a positive number.
+            let cut = (a * under - b * over) * (under - over).signum();
+            (over < 0.0) != (under < 0.0) && forward.dot(&cut) > 0.0
+        };
+        let triangle = self.triangles.iter().find(is_ahead).or(self.triangles.first()).copied();
+        let triangle = triangle.expect("the fan of a triangle has that triangle");
+        let corner = surface.triangles()[triangle].iter().position(|&v| v == self.vertex);
+        let barycentric = std::array::from_fn(|k| if Some(k) == corner { 1.0 } else { 0.0 });
+        SurfacePoint { triangle, barycentric }
+    }
+}
