@@ -1,19 +1,14 @@
 //! `osculate render`
 
+mod load;
+
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use osculate_geom::Mesh;
-use osculate_geom::bake::BakeOptions;
-use osculate_geom::curvature::estimate;
-use osculate_geom::field::{FilterKind, WalkLength};
-use osculate_geom::mesh::Surface;
-use osculate_geom::reference::{Axis, Shape};
-use osculate_geom::shapes;
+use osculate_geom::field::FilterKind;
 use osculate_render::aov::{Aov, aovs};
 use osculate_render::false_colour::{Quantity, curvature_picture};
 use osculate_render::output::{ExrLayer, write_exr, write_png};
@@ -26,11 +21,10 @@ use serde::Serialize;
 use crate::cli::Outcome;
 use crate::console::{Console, number};
 use crate::estimate::{EstimateArgs, positive};
-use crate::field::OwnedField;
 use crate::filter::{FilterArg, LengthArgs};
-use crate::input::{self, Input};
 use crate::output;
 use crate::report::Reporter;
+use load::load_mesh;
 
 /// Make a picture of a scene or a mesh: shaded, or its curvature in colours.
 #[derive(Debug, Args)]
@@ -264,77 +258,6 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
         load_mesh(request, args, content, walk, console).map_err(|error| format!("{error:#}").into())
     };
     Ok(file.build(path, &mut load)?)
-}
-
-fn load_mesh(
-    request: &LoadRequest<'_>,
-    args: &RenderArgs,
-    content: &Content,
-    walk: Option<WalkLength>,
-    console: &Console,
-) -> Result<LoadedMesh> {
-    let shown = match request.source {
-        MeshSource::File(path) => path.display().to_string(),
-        MeshSource::Shape(shape) => shape.to_string(),
-    };
-    let kind = request.filter;
-    let no_table = || {
-        anyhow!("{shown}: holds no baked filter; bake it with --filter-azimuths, or choose another --filter")
-    };
-    let needs_filter = content.needs_filter() || request.shell.is_some();
-    let needs_curvature = content.needs_curvature() || request.shell.is_some();
-    let walk_on = |mesh: &Mesh| {
-        let depth = request.shell.and_then(|shell| shell.depth_in_mesh(mesh));
-        walk.or(depth.map(|depth| WalkLength::Shell { depth }))
-    };
-    let options = args.estimate.options(&BakeOptions::default())?;
-    let input = match request.source {
-        MeshSource::File(path) => input::read(path, console)?,
-        MeshSource::Shape(shape) => Input::Raw(made(shape)?),
-    };
-    let (mesh, curvature) = match input {
-        Input::Baked(_) if args.estimate.is_given() => {
-            bail!("{shown}: is baked already, so --method and its like have no effect; leave them out")
-        }
-        Input::Baked(baked) => {
-            let field = if needs_filter {
-                Some(OwnedField::of_baked(&baked, kind, walk_on(baked.mesh())).ok_or_else(no_table)?.shared())
-            } else {
-                None
-            };
-            let (mesh, curvature) = baked.into_parts();
-            return Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: Some(Arc::from(curvature)), field });
-        }
-        Input::Raw(mesh) if !needs_curvature => (mesh, None),
-        Input::Raw(mesh) => {
-            let _step = console.step("estimating curvature");
-            let surface = Surface::new(&mesh, options.weld);
-            let curvature = estimate(&surface, &options.curvature).with_context(|| shown.clone())?;
-            let curvature = surface.spread(curvature);
-            drop(surface);
-            (mesh, Some(curvature))
-        }
-    };
-    let field = match &curvature {
-        Some(curvature) if needs_filter => {
-            let _step =
-                (kind == FilterKind::BakedChord).then(|| console.step("following chords from every vertex"));
-            let field = OwnedField::of_mesh(&mesh, options.weld, curvature, kind, walk_on(&mesh));
-            Some(field.ok_or_else(no_table)?.shared())
-        }
-        _ => None,
-    };
-    Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: curvature.map(Arc::from), field })
-}
-
-/// The surface with UV that a scene asks for, fine enough that its facets do not show.
-fn made(shape: Shape) -> Result<Mesh> {
-    match shape {
-        Shape::Torus { major, minor, axis: Axis::Fitted | Axis::Y } => {
-            Ok(shapes::torus_with_uv(major, minor, 240, 120))
-        }
-        other => bail!("{other}: only torus:A,r can be made with UV; write a mesh file for other shapes"),
-    }
 }
 
 /// Renders and writes; returns what tracing took, if anything was traced.

@@ -117,8 +117,9 @@ impl Extent {
         let curves = [DEFAULT, self.finest()].into_iter();
         let mut all: Vec<Setting> =
             curves.flat_map(|shown| self.samples.iter().map(move |&spp| Setting { shown, spp })).collect();
-        let mut shown: Vec<Shown> =
-            [FilterKind::Point, FilterKind::March].map(|filter| Shown::Neural { filter }).into();
+        let mut shown: Vec<Shown> = [FilterKind::Point, FilterKind::March, FilterKind::BakedChord]
+            .map(|filter| Shown::Neural { filter })
+            .into();
         shown.extend((0..networks).map(|index| Shown::Network { index }));
         shown.extend(self.oracle.map(|samples| Shown::Oracle { samples }));
         shown.push(Shown::Flat);

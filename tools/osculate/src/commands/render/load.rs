@@ -1,0 +1,89 @@
+//! The meshes of a scene, with the curvature that it calls for.
+
+use std::sync::Arc;
+
+use anyhow::{Context, Result, anyhow, bail};
+use osculate_geom::bake::BakeOptions;
+use osculate_geom::curvature::estimate;
+use osculate_geom::field::{FilterKind, WalkLength};
+use osculate_geom::mesh::Surface;
+use osculate_geom::reference::{Axis, Shape};
+use osculate_geom::{Mesh, shapes};
+use osculate_render::scene::{LoadRequest, LoadedMesh, MeshSource};
+
+use super::{Content, RenderArgs};
+use crate::console::Console;
+use crate::field::OwnedField;
+use crate::input::{self, Input};
+
+/// Reads or makes a mesh.
+pub(super) fn load_mesh(
+    request: &LoadRequest<'_>,
+    args: &RenderArgs,
+    content: &Content,
+    walk: Option<WalkLength>,
+    console: &Console,
+) -> Result<LoadedMesh> {
+    let shown = match request.source {
+        MeshSource::File(path) => path.display().to_string(),
+        MeshSource::Shape(shape) => shape.to_string(),
+    };
+    let kind = request.filter;
+    let no_table = || {
+        anyhow!("{shown}: holds no baked filter; bake it with --filter-azimuths, or choose another --filter")
+    };
+    let needs_filter = content.needs_filter() || request.shell.is_some();
+    let needs_curvature = content.needs_curvature() || request.shell.is_some();
+    let walk_on = |mesh: &Mesh| {
+        let depth = request.shell.and_then(|shell| shell.depth_in_mesh(mesh));
+        walk.or(depth.map(|depth| WalkLength::Shell { depth }))
+    };
+    let options = args.estimate.options(&BakeOptions::default())?;
+    let input = match request.source {
+        MeshSource::File(path) => input::read(path, console)?,
+        MeshSource::Shape(shape) => Input::Raw(made(shape)?),
+    };
+    let (mesh, curvature) = match input {
+        Input::Baked(_) if args.estimate.is_given() => {
+            bail!("{shown}: is baked already, so --method and its like have no effect; leave them out")
+        }
+        Input::Baked(baked) => {
+            let field = if needs_filter {
+                Some(OwnedField::of_baked(&baked, kind, walk_on(baked.mesh())).ok_or_else(no_table)?.shared())
+            } else {
+                None
+            };
+            let (mesh, curvature) = baked.into_parts();
+            return Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: Some(Arc::from(curvature)), field });
+        }
+        Input::Raw(mesh) if !needs_curvature => (mesh, None),
+        Input::Raw(mesh) => {
+            let _step = console.step("estimating curvature");
+            let surface = Surface::new(&mesh, options.weld);
+            let curvature = estimate(&surface, &options.curvature).with_context(|| shown.clone())?;
+            let curvature = surface.spread(curvature);
+            drop(surface);
+            (mesh, Some(curvature))
+        }
+    };
+    let field = match &curvature {
+        Some(curvature) if needs_filter => {
+            let _step =
+                (kind == FilterKind::BakedChord).then(|| console.step("following chords from every vertex"));
+            let field = OwnedField::of_mesh(&mesh, options.weld, curvature, kind, walk_on(&mesh));
+            Some(field.ok_or_else(no_table)?.shared())
+        }
+        _ => None,
+    };
+    Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: curvature.map(Arc::from), field })
+}
+
+/// The surface with UV that a scene asks for, fine enough that its facets do not show.
+fn made(shape: Shape) -> Result<Mesh> {
+    match shape {
+        Shape::Torus { major, minor, axis: Axis::Fitted | Axis::Y } => {
+            Ok(shapes::torus_with_uv(major, minor, 240, 120))
+        }
+        other => bail!("{other}: only torus:A,r can be made with UV; write a mesh file for other shapes"),
+    }
+}
