@@ -7,6 +7,8 @@
 //! thousand exceeds, for all views and for grazing ones; the largest grazing one of some half a million; lobes of a mixture with a
 //! weight; nanoseconds to draw a sample with its density.
 
+#![allow(clippy::print_stdout, reason = "an example reports on standard output")]
+
 use std::error::Error;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};

@@ -8,9 +8,10 @@ use osculate_sbtf::sampling::{Spread, SpreadOptions};
 
 fn shipped(name: &str, cosines: [f32; 2]) -> Spread {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/materials").join(name);
-    let file = ModelFile::read(&path).unwrap();
+    let file = ModelFile::read(&path).expect("a shipped model");
     let options = SpreadOptions { cosines, ..SpreadOptions::new(file.model.architecture.kappa_range) };
-    Spread::measure(&Material::new(&file.model), &file.sampler.unwrap(), &options).unwrap()
+    let sampler = file.sampler.expect("shipped models have samplers");
+    Spread::measure(&Material::new(&file.model), &sampler, &options).expect("some views hit")
 }
 
 /// Foam and shell shine at grazing incidence. With mirrored, back and cosine lobes alone, in four equal bands and for all curvatures alike,
