@@ -247,9 +247,11 @@ impl<'a> SilhouetteVertex<'a> {
         material.sampler.pdf(&self.turned(), (turn * local.truncate()).extend(local.z))
     }
 
-    /// What directions are drawn for: the query, with `wo` as it is in the world.
+    /// What directions are drawn for: the query, with `wo` as it is in the world. Materials that make nothing of curvature may or may not be
+    /// told it, which must not change what is drawn.
     fn turned(&self) -> Incidence {
         let SilhouettePoint { turned_wo, uv, kappa_hat, .. } = self.point;
+        let kappa_hat = if self.btf().uses_curvature() { kappa_hat } else { 0.0 };
         Incidence { uv, wo: turned_wo, kappa_hat }
     }
 
