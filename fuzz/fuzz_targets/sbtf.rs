@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use libfuzzer_sys::fuzz_target;
 use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::infer::Material;
-use osculate_sbtf::{Query, SilhouetteBtf};
+use osculate_sbtf::{Incidence, Query, SilhouetteBtf};
 
 fuzz_target!(|data: &[u8]| {
     let Ok(file) = ModelFile::from_bytes(data) else { return };
@@ -16,7 +16,7 @@ fuzz_target!(|data: &[u8]| {
             let answer = material.eval(&query);
             assert!(answer.rgb.is_finite() && (0.0..=1.0).contains(&answer.alpha));
             if let Some(sampler) = &file.sampler {
-                let (wi, pdf) = sampler.sample(query.uv, wo, 0.5, Vec2::new(0.3, 0.7));
+                let (wi, pdf) = sampler.sample(&Incidence { uv: query.uv, wo, kappa_hat }, 0.5, Vec2::new(0.3, 0.7));
                 assert!(wi.is_finite() && pdf > 0.0);
             }
         }

@@ -28,8 +28,8 @@ def read(path):
     (length,) = struct.unpack_from("<Q", data)
     header = json.loads(data[8:8 + length])
     metadata = json.loads(header.pop("__metadata__")["osculate"])
-    if metadata["format"] != "osculate-sbtf" or metadata["version"] not in (1, 2):
-        raise SystemExit(f"{path}: format {metadata['format']!r} version {metadata['version']}, not osculate-sbtf 1 or 2")
+    if metadata["format"] != "osculate-sbtf" or metadata["version"] not in (1, 2, 3):
+        raise SystemExit(f"{path}: format {metadata['format']!r} version {metadata['version']}, not osculate-sbtf 1 to 3")
     body = data[8 + length:]
     tensors = {}
     for name, info in header.items():

@@ -242,15 +242,23 @@ impl<'a> SilhouetteVertex<'a> {
 
     /// The density of [`Self::draw`] over solid angle.
     pub(crate) fn pdf(&self, wi: Vec3) -> f32 {
-        let SilhouettePoint { material, frame, turn, turned_wo, uv, .. } = self.point;
+        let SilhouettePoint { material, frame, turn, .. } = self.point;
         let local = frame.local_from_world(wi);
-        material.sampler.pdf(uv, turned_wo, (turn * local.truncate()).extend(local.z))
+        material.sampler.pdf(&self.turned(), (turn * local.truncate()).extend(local.z))
+    }
+
+    /// What directions are drawn for: the query, with `wo` as it is in the world. Materials that make nothing of curvature may or may not be
+    /// told it, which must not change what is drawn.
+    fn turned(&self) -> Incidence {
+        let SilhouettePoint { turned_wo, uv, kappa_hat, .. } = self.point;
+        let kappa_hat = if self.btf().uses_curvature() { kappa_hat } else { 0.0 };
+        Incidence { uv, wo: turned_wo, kappa_hat }
     }
 
     /// Draws a world direction.
     pub(crate) fn draw(&self, pick: f32, u: [f32; 2]) -> Vec3 {
-        let SilhouettePoint { material, frame, turn, turned_wo, uv, .. } = self.point;
-        let (turned, _) = material.sampler.sample(uv, turned_wo, pick, u.into());
+        let SilhouettePoint { material, frame, turn, .. } = self.point;
+        let turned = material.sampler.draw(&self.turned(), pick, u.into());
         frame.world_from_local((turn.transpose() * turned.truncate()).extend(turned.z))
     }
 }

@@ -3,7 +3,7 @@
 use osculate_sbtf::file::{ModelFile, Provenance};
 use osculate_sbtf::infer::{Precision, Texels};
 use osculate_sbtf::model::Architecture;
-use osculate_sbtf::sampling::Lobe;
+use osculate_sbtf::sampling::{Grid, Lobe};
 use serde::Serialize;
 
 use crate::console::{Console, count, number};
@@ -38,6 +38,8 @@ struct ModuleReport {
 struct SamplerReport {
     lobes: Vec<Lobe>,
     bands: usize,
+    view_edges: Vec<f32>,
+    curvature_edges: Vec<f32>,
     cells: [usize; 2],
 }
 
@@ -75,8 +77,9 @@ impl ModelReport {
             products: modules.iter().map(products).sum(),
             modules,
             sampler: file.sampler.map(|sampler| {
-                let (bands, cells) = sampler.sizes();
-                SamplerReport { lobes: sampler.lobes().to_vec(), bands, cells }
+                let (lobes, bands) = (sampler.lobes().to_vec(), sampler.grid().bands());
+                let Grid { view_edges, curvature_edges, cells } = sampler.grid().clone();
+                SamplerReport { lobes, bands, view_edges, curvature_edges, cells }
             }),
             architecture: file.model.architecture,
             provenance: file.provenance,
@@ -120,8 +123,9 @@ impl ModelReport {
             let [u, v] = sampler.cells;
             let lobes = count(sampler.lobes.len(), "lobe");
             console.result(format_args!(
-                "  sampler    {lobes}, {}, {u}x{v} cells",
-                count(sampler.bands, "band")
+                "  sampler    {lobes}, {}, {}, {u}x{v} cells",
+                count(sampler.bands, "band"),
+                count(sampler.curvature_edges.len() + 1, "curvature range")
             ));
         }
         print_provenance(&self.provenance, console);

@@ -1,6 +1,7 @@
 //! Names and shapes of tensors.
 
 use crate::model::{Architecture, OpacityHead, TextureShape, Way};
+use crate::sampling::Sampler;
 
 /// Key of the metadata in the safetensors header.
 pub(super) const KEY: &str = "osculate";
@@ -8,9 +9,15 @@ pub(super) const KEY: &str = "osculate";
 /// Value of `format` in the metadata.
 pub(super) const FORMAT: &str = "osculate-sbtf";
 
-/// The oldest version of the format that can say what an architecture is.
-pub(super) fn version(form: &Architecture) -> u32 {
-    if (form.opacity_way, form.offset_way) == (Way::Graze, Way::Descend) { 1 } else { 2 }
+/// The oldest version of the format that can say what an architecture and a sampler are.
+pub(super) fn version(form: &Architecture, sampler: Option<&Sampler>) -> u32 {
+    if !sampler.is_none_or(Sampler::is_of_version_2) {
+        3
+    } else if (form.opacity_way, form.offset_way) == (Way::Graze, Way::Descend) {
+        1
+    } else {
+        2
+    }
 }
 
 /// What a module consists of by the architecture.

@@ -17,8 +17,8 @@ pub use error::{FileError, InvalidModel};
 pub use metadata::{MicrostructureSource, ModelFile, Provenance};
 
 /// Newest version of the format; readers refuse newer ones. A file has the oldest version that says what it says: 1 unless taps lie
-/// along other ways than version 1 knows.
-pub const FORMAT_VERSION: u32 = 2;
+/// along other ways than version 1 knows, or the sampler has forward lobes, uneven bands or ranges of curvature, which are of version 3.
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Longest header that is read, in bytes.
 pub const LONGEST_HEADER: u64 = 1 << 20;

@@ -96,8 +96,10 @@ fn header(bytes: &[u8]) -> Result<Header, InvalidModel> {
         return Err(InvalidModel::Version { found, known: FORMAT_VERSION });
     }
     let header: Header = serde_json::from_str(text).map_err(InvalidModel::Metadata)?;
-    if found < u64::from(layout::version(&header.architecture)) {
-        let message = format!("its taps lie along ways that version {found} does not know");
+    if found < u64::from(layout::version(&header.architecture, header.sampler.as_ref())) {
+        let message = format!(
+            "its taps lie along ways, or its sampler has lobes or edges, that version {found} does not know"
+        );
         return Err(InvalidModel::Architecture(message));
     }
     check::architecture(&header.architecture).map_err(InvalidModel::Architecture)?;

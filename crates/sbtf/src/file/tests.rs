@@ -3,7 +3,7 @@
 use super::*;
 use crate::infer::{Precision, StoredModel};
 use crate::model::{Architecture, Model, TextureShape};
-use crate::sampling::Sampler;
+use crate::sampling::{Grid, Lobe, Sampler};
 
 fn small(form: Architecture) -> Architecture {
     let texture = TextureShape { width: 3, height: 2, channels: 8 };
@@ -66,6 +66,25 @@ fn files_have_the_oldest_version_that_says_what_they_say() {
     assert!(says(Architecture::taps(0.1), "\\\"version\\\":1") && !says(Architecture::taps(0.1), "_way"));
     assert!(says(Architecture::see_through(0.1), "\\\"version\\\":2"));
     assert!(says(Architecture::see_through(0.1), "\\\"opacity_way\\\":\\\"through\\\""));
+    let grid = Grid { curvature_edges: vec![0.5], ..Grid::default() };
+    for sampler in [
+        Sampler::new(vec![Lobe::Uniform], grid, vec![1.0; 2]).unwrap(),
+        Sampler::new(
+            vec![Lobe::Uniform, Lobe::Forward { sharpness: 40.0, height: 0.3 }],
+            Grid::default(),
+            vec![0.5; 2],
+        )
+        .unwrap(),
+    ] {
+        let file = ModelFile { sampler: Some(sampler), ..model_file(Architecture::taps(0.1), Precision::U8) };
+        let bytes = file.to_bytes().unwrap();
+        assert!(String::from_utf8_lossy(&bytes).contains("\\\"version\\\":3"));
+        assert_eq!(ModelFile::from_bytes(&bytes).unwrap(), file);
+        assert_eq!(ModelFile::from_bytes(&bytes).unwrap().to_bytes().unwrap(), bytes);
+        let older = with_header(&bytes, |header| header.replace("\\\"version\\\":3", "\\\"version\\\":2"));
+        let message = ModelFile::from_bytes(&older).unwrap_err().to_string();
+        assert!(message.contains("that version 2 does not know"), "{message}");
+    }
 }
 
 #[test]
@@ -115,7 +134,7 @@ fn broken_files_get_one_clear_error() {
         (b"\x04\0\0\0\0\0\0\0nope".to_vec(), "no safetensors file"),
         (
             replaced("\\\"version\\\":1", "\\\"version\\\":7"),
-            "format version is 7; this program reads 1 to 2",
+            "format version is 7; this program reads 1 to 3",
         ),
         (replaced("osculate-sbtf", "other"), "its format is \"other\""),
         (replaced("\\\"depth\\\":0.1", "\\\"depth\\\":-1"), "depth is -1"),

@@ -48,7 +48,7 @@ impl ModelFile {
         }
         let header = Header {
             format: layout::FORMAT.to_owned(),
-            version: layout::version(&self.model.architecture),
+            version: layout::version(&self.model.architecture, self.sampler.as_ref()),
             architecture: self.model.architecture.clone(),
             provenance: self.provenance.clone(),
             sampler: self.sampler.clone(),

@@ -28,6 +28,17 @@ pub enum Lobe {
         /// Inverse of the squared width in radians; over 0.
         sharpness: f32,
     },
+    /// Von Mises-Fisher density around the direction that leads away from the viewer, in the plane of incidence, at a height of its own.
+    ///
+    /// At grazing views the mirrored direction lies on the horizon, but what is seen are slopes that face the viewer, and they
+    /// reflect upwards: the highlights of rough reliefs stay at heights of 0.1 to 0.5 when the view sinks to 0. On convex surfaces
+    /// rays meet the material behind where they enter, where it leans away, and highlights lie lower.
+    Forward {
+        /// Inverse of the squared width in radians; over 0.
+        sharpness: f32,
+        /// Cosine between its axis and the normal, in [-1, 1].
+        height: f32,
+    },
 }
 
 impl Lobe {
@@ -37,18 +48,21 @@ impl Lobe {
         match self {
             Self::Uniform | Self::Below => true,
             Self::Cosine { tilt } => tilt.abs() <= 100.0,
-            Self::Mirror { sharpness } | Self::Back { sharpness } => (1e-3..=1e5).contains(&sharpness),
+            Self::Mirror { sharpness } | Self::Back { sharpness } => is_sharpness(sharpness),
+            Self::Forward { sharpness, height } => is_sharpness(sharpness) && height.abs() <= 1.0,
         }
     }
 
-    /// A direction for two numbers in `[0, 1)`.
+    /// A direction for unit `wo` and two numbers in `[0, 1)`.
     #[must_use]
     pub fn sample(self, wo: Vec3, u: Vec2) -> Vec3 {
         let (axis, z) = match self {
             Self::Uniform => (Vec3::Z, 1.0 - 2.0 * u.x),
             Self::Cosine { .. } | Self::Below => (self.axis(wo), (1.0 - u.x).sqrt()),
             // Its cumulative density, inverted (Wood, "Simulation of the von Mises Fisher distribution", 1994).
-            Self::Mirror { sharpness: s } | Self::Back { sharpness: s } => {
+            Self::Mirror { sharpness: s }
+            | Self::Back { sharpness: s }
+            | Self::Forward { sharpness: s, .. } => {
                 (self.axis(wo), 1.0 + (1.0 - u.x * -(-2.0 * s).exp_m1()).ln() / s)
             }
         };
@@ -59,28 +73,41 @@ impl Lobe {
         (t * (radius * cosine) + b * (radius * sine) + axis * z).normalize()
     }
 
-    /// The density per steradian.
+    /// The density per steradian at unit directions.
     #[must_use]
     pub fn pdf(self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Self::Uniform => 0.5 / TAU,
             Self::Cosine { .. } | Self::Below => self.axis(wo).dot(wi).max(0.0) / PI,
-            Self::Mirror { sharpness: s } | Self::Back { sharpness: s } => {
+            Self::Mirror { sharpness: s }
+            | Self::Back { sharpness: s }
+            | Self::Forward { sharpness: s, .. } => {
                 // |a - b|^2 / 2 = 1 - cos, without cancellation.
                 let less = self.axis(wo).distance_squared(wi) / 2.0;
-                s / (TAU * -(-2.0 * s).exp_m1()) * (-s * less).exp()
+                // e^-18 is less than half a unit in the last place of 1.
+                let inside = if s > 9.0 { 1.0 } else { -(-2.0 * s).exp_m1() };
+                s / (TAU * inside) * (-s * less).exp()
             }
         }
     }
 
     fn axis(self, wo: Vec3) -> Vec3 {
-        let axis = match self {
+        match self {
             Self::Uniform => Vec3::Z,
             Self::Below => -Vec3::Z,
-            Self::Cosine { tilt } => Vec3::new(tilt * wo.x, tilt * wo.y, 1.0),
+            Self::Cosine { tilt } => Vec3::new(tilt * wo.x, tilt * wo.y, 1.0).normalize(),
             Self::Mirror { .. } => Vec3::new(-wo.x, -wo.y, wo.z),
             Self::Back { .. } => wo,
-        };
-        axis.try_normalize().unwrap_or(Vec3::Z)
+            Self::Forward { height, .. } => {
+                // At normal incidence any plane will do.
+                let away = (-wo.truncate()).try_normalize().unwrap_or(Vec2::X);
+                (away * (1.0 - height * height).sqrt()).extend(height)
+            }
+        }
     }
+}
+
+/// Sharper lobes than 1e5 are narrower than the rounding of f32 directions allows, blunter ones than 1e-3 are uniform.
+fn is_sharpness(sharpness: f32) -> bool {
+    (1e-3..=1e5).contains(&sharpness)
 }

@@ -1,17 +1,21 @@
-//! [`Sampler`]: a mixture of lobes with weights per band of views and cell of the texture.
+//! [`Sampler`]: mixtures of lobes, one for every part of a grid over the queries.
 
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::Lobe;
-use crate::model::inside_tile;
+use super::grid::{MOST, equal_edges};
+use super::{Grid, Lobe};
+use crate::query::Incidence;
 
 /// Draws directions to the light, and gives their density.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Sampler {
-    parts: Parts,
+    lobes: Vec<Lobe>,
+    grid: Grid,
+    /// `[cells v, cells u, curvatures, bands, lobes]`; each mixture sums to 1.
+    weights: Vec<f32>,
     /// Sums of the weights of a mixture, up to and with each lobe.
     sums: Vec<f32>,
 }
@@ -20,11 +24,14 @@ pub struct Sampler {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Parts {
     lobes: Vec<Lobe>,
-    /// Bands of equal `cos_o`.
+    /// Bands of `cos_o`, of the same width unless edges are stated.
     bands: usize,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    view_edges: Vec<f32>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    curvature_edges: Vec<f32>,
     /// Cells along u and v.
     cells: [usize; 2],
-    /// `[cells v, cells u, bands, lobes]`; each mixture sums to 1.
     weights: Vec<f32>,
 }
 
@@ -32,16 +39,23 @@ struct Parts {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SamplerError {
     /// The sizes do not fit, or are too large.
-    #[error("{lobes} lobes, {bands} bands and {cells:?} cells do not go with {weights} weights")]
+    #[error("{lobes} lobes and {mixtures} mixtures do not go with {weights} weights")]
     Sizes {
         /// Number of lobes.
         lobes: usize,
-        /// Number of bands.
-        bands: usize,
-        /// Number of cells.
-        cells: [usize; 2],
+        /// Number of mixtures that the grid asks for.
+        mixtures: usize,
         /// Number of weights.
         weights: usize,
+    },
+    /// Edges do not ascend or mean nothing, or there are too many of something.
+    #[error(
+        "edges must ascend, those of views between 0 and 1; {grid:?} does not do, with bands as many as edges and one more, \
+         and at most {MOST} of everything"
+    )]
+    Grid {
+        /// The grid.
+        grid: Grid,
     },
     /// A lobe's number is out of range.
     #[error("lobe {index} is {lobe:?}, which cannot be drawn from")]
@@ -63,88 +77,20 @@ pub enum SamplerError {
     },
 }
 
-/// Most lobes, bands, and cells along an axis.
-const MOST: usize = 64;
-
 impl Sampler {
-    /// A mixture of these lobes with weights `[cells v, cells u, bands, lobes]`.
+    /// Mixtures of these lobes with weights `[cells v, cells u, curvatures, bands, lobes]`.
     ///
     /// # Errors
     ///
     /// Sizes that do not fit, and mixtures that are no densities over the whole sphere.
-    pub fn new(
-        lobes: Vec<Lobe>,
-        bands: usize,
-        cells: [usize; 2],
-        weights: Vec<f32>,
-    ) -> Result<Self, SamplerError> {
-        Parts { lobes, bands, cells, weights }.try_into()
-    }
-
-    /// Cosine around the normal, with a tenth uniform: what to take for a material that has no fit.
-    #[must_use]
-    pub fn cosine() -> Self {
-        Self::new(vec![Lobe::Uniform, Lobe::Cosine { tilt: 0.0 }], 1, [1, 1], vec![0.1, 0.9])
-            .expect("a tenth and nine tenths")
-    }
-
-    /// Its lobes.
-    #[must_use]
-    pub fn lobes(&self) -> &[Lobe] {
-        &self.parts.lobes
-    }
-
-    /// Bands of views, and cells along u and v.
-    #[must_use]
-    pub fn sizes(&self) -> (usize, [usize; 2]) {
-        (self.parts.bands, self.parts.cells)
-    }
-
-    /// Where the mixture for this view begins in the weights.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating, then clamped")]
-    pub(super) fn mixture(&self, uv: Vec2, wo: Vec3) -> usize {
-        let Parts { lobes, bands, cells, .. } = &self.parts;
-        let cell = |x: f32, n: usize| ((inside_tile(x) * n as f32) as usize).min(n - 1);
-        let band = ((wo.z * *bands as f32) as usize).min(bands - 1);
-        ((cell(uv.y, cells[1]) * cells[0] + cell(uv.x, cells[0])) * bands + band) * lobes.len()
-    }
-
-    /// A unit direction to the light and its density per steradian, for three numbers in `[0, 1)`: which lobe, and where in it.
-    #[must_use]
-    pub fn sample(&self, uv: Vec2, wo: Vec3, pick: f32, u: Vec2) -> (Vec3, f32) {
-        let first = self.mixture(uv, wo);
-        let sums = &self.sums[first..first + self.parts.lobes.len()];
-        // The last lobe with a weight where rounding left the sum below `pick`.
-        let last = sums.partition_point(|&sum| sum < sums[sums.len() - 1]);
-        let lobe = sums.partition_point(|&sum| sum <= pick).min(last);
-        let wi = self.parts.lobes[lobe].sample(wo, u);
-        (wi, self.mixture_pdf(first, wo, wi))
-    }
-
-    /// The density of [`sample`](Self::sample) at a direction, per steradian; over 0.
-    #[must_use]
-    pub fn pdf(&self, uv: Vec2, wo: Vec3, wi: Vec3) -> f32 {
-        self.mixture_pdf(self.mixture(uv, wo), wo, wi)
-    }
-
-    fn mixture_pdf(&self, first: usize, wo: Vec3, wi: Vec3) -> f32 {
-        let lobes = &self.parts.lobes;
-        let weights = &self.parts.weights[first..first + lobes.len()];
-        let part =
-            |(lobe, &weight): (&Lobe, &f32)| if weight > 0.0 { weight * lobe.pdf(wo, wi) } else { 0.0 };
-        lobes.iter().zip(weights).map(part).sum()
-    }
-}
-
-impl TryFrom<Parts> for Sampler {
-    type Error = SamplerError;
-
-    fn try_from(parts: Parts) -> Result<Self, SamplerError> {
-        let Parts { lobes, bands, cells, weights } = &parts;
-        let sizes = [lobes.len(), *bands, cells[0], cells[1]];
-        if sizes.iter().any(|n| !(1..=MOST).contains(n)) || weights.len() != sizes.iter().product::<usize>() {
+    pub fn new(lobes: Vec<Lobe>, grid: Grid, weights: Vec<f32>) -> Result<Self, SamplerError> {
+        if !grid.is_valid() {
+            return Err(SamplerError::Grid { grid });
+        }
+        let mixtures = grid.len();
+        if !(1..=MOST).contains(&lobes.len()) || weights.len() != mixtures * lobes.len() {
             let (lobes, weights) = (lobes.len(), weights.len());
-            return Err(SamplerError::Sizes { lobes, bands: *bands, cells: *cells, weights });
+            return Err(SamplerError::Sizes { lobes, mixtures, weights });
         }
         if let Some(index) = lobes.iter().position(|lobe| !lobe.is_valid()) {
             return Err(SamplerError::Lobe { index, lobe: lobes[index] });
@@ -163,13 +109,97 @@ impl TryFrom<Parts> for Sampler {
                 return Err(SamplerError::Mixture { index, weights: mixture.to_vec() });
             }
         }
-        Ok(Self { parts, sums })
+        Ok(Self { lobes, grid, weights, sums })
+    }
+
+    /// Cosine around the normal, with a tenth uniform: what to take for a material that has no fit.
+    #[must_use]
+    pub fn cosine() -> Self {
+        Self::new(vec![Lobe::Uniform, Lobe::Cosine { tilt: 0.0 }], Grid::default(), vec![0.1, 0.9])
+            .expect("a tenth and nine tenths")
+    }
+
+    /// Its lobes.
+    #[must_use]
+    pub fn lobes(&self) -> &[Lobe] {
+        &self.lobes
+    }
+
+    /// What its mixtures are told apart by.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Number of lobes with a weight, in the mean over mixtures: what a density costs.
+    #[must_use]
+    pub fn lobes_in_use(&self) -> f64 {
+        self.weights.iter().filter(|weight| **weight > 0.0).count() as f64 / self.grid.len() as f64
+    }
+
+    /// Whether versions of the file format before 3 can say what it is.
+    pub(crate) fn is_of_version_2(&self) -> bool {
+        let is_new = |lobe: &Lobe| matches!(lobe, Lobe::Forward { .. });
+        let equal = self.grid.view_edges == equal_edges(self.grid.bands());
+        equal && self.grid.curvature_edges.is_empty() && !self.lobes.iter().any(is_new)
+    }
+
+    /// A unit direction to the light and its density per steradian, for three numbers in `[0, 1)`: which lobe, and where in it.
+    #[must_use]
+    pub fn sample(&self, query: &Incidence, pick: f32, u: Vec2) -> (Vec3, f32) {
+        let wi = self.draw(query, pick, u);
+        (wi, self.pdf(query, wi))
+    }
+
+    /// The direction of [`sample`](Self::sample) alone.
+    #[must_use]
+    pub fn draw(&self, query: &Incidence, pick: f32, u: Vec2) -> Vec3 {
+        let first = self.first(query);
+        let sums = &self.sums[first..first + self.lobes.len()];
+        // The last lobe with a weight where rounding left the sum below `pick`.
+        let last = sums.partition_point(|&sum| sum < sums[sums.len() - 1]);
+        let lobe = sums.partition_point(|&sum| sum <= pick).min(last);
+        self.lobes[lobe].sample(query.wo, u)
+    }
+
+    /// The density of [`sample`](Self::sample) at a direction, per steradian; over 0.
+    #[must_use]
+    pub fn pdf(&self, query: &Incidence, wi: Vec3) -> f32 {
+        let first = self.first(query);
+        let weights = &self.weights[first..first + self.lobes.len()];
+        let part =
+            |(lobe, &weight): (&Lobe, &f32)| if weight > 0.0 { weight * lobe.pdf(query.wo, wi) } else { 0.0 };
+        self.lobes.iter().zip(weights).map(part).sum()
+    }
+
+    /// Where the mixture for this query begins in the weights.
+    fn first(&self, query: &Incidence) -> usize {
+        self.grid.index(query) * self.lobes.len()
+    }
+}
+
+impl TryFrom<Parts> for Sampler {
+    type Error = SamplerError;
+
+    fn try_from(parts: Parts) -> Result<Self, SamplerError> {
+        let Parts { lobes, bands, view_edges, curvature_edges, cells, weights } = parts;
+        let edges = if view_edges.is_empty() { equal_edges(bands) } else { view_edges };
+        let grid = Grid { view_edges: edges, curvature_edges, cells };
+        if grid.bands() != bands {
+            return Err(SamplerError::Grid { grid });
+        }
+        Self::new(lobes, grid, weights)
     }
 }
 
 impl From<Sampler> for Parts {
     fn from(sampler: Sampler) -> Self {
-        sampler.parts
+        let bands = sampler.grid.bands();
+        let Grid { mut view_edges, curvature_edges, cells } = sampler.grid;
+        if view_edges == equal_edges(bands) {
+            view_edges.clear();
+        }
+        Self { lobes: sampler.lobes, bands, view_edges, curvature_edges, cells, weights: sampler.weights }
     }
 }
 
@@ -177,6 +207,10 @@ impl From<Sampler> for Parts {
 mod tests {
     use super::super::chi_square;
     use super::*;
+
+    fn seen_from(wo: Vec3) -> Incidence {
+        Incidence { uv: Vec2::ZERO, wo, kappa_hat: 0.0 }
+    }
 
     fn mixtures() -> Vec<Sampler> {
         let all = vec![
@@ -187,12 +221,14 @@ mod tests {
             Lobe::Mirror { sharpness: 0.5 },
             Lobe::Mirror { sharpness: 60.0 },
             Lobe::Back { sharpness: 8.0 },
+            Lobe::Forward { sharpness: 40.0, height: 0.3 },
+            Lobe::Forward { sharpness: 12.0, height: -0.15 },
         ];
         let mut samplers: Vec<Sampler> = (1..all.len())
-            .map(|k| Sampler::new(vec![Lobe::Uniform, all[k]], 1, [1, 1], vec![0.05, 0.95]).unwrap())
+            .map(|k| Sampler::new(vec![Lobe::Uniform, all[k]], Grid::default(), vec![0.05, 0.95]).unwrap())
             .collect();
-        let weights = vec![0.1, 0.2, 0.1, 0.1, 0.2, 0.2, 0.1];
-        samplers.push(Sampler::new(all, 1, [1, 1], weights).unwrap());
+        let weights = vec![0.1, 0.1, 0.1, 0.1, 0.1, 0.2, 0.1, 0.1, 0.1];
+        samplers.push(Sampler::new(all, Grid::default(), weights).unwrap());
         samplers.push(Sampler::cosine());
         samplers
     }
@@ -203,12 +239,12 @@ mod tests {
         for (k, sampler) in mixtures().iter().enumerate() {
             for wo in views {
                 let test = chi_square::test(
-                    |pick, u| sampler.sample(Vec2::ZERO, wo, pick, u),
-                    |wi| sampler.pdf(Vec2::ZERO, wo, wi),
+                    |pick, u| sampler.sample(&seen_from(wo), pick, u),
+                    |wi| sampler.pdf(&seen_from(wo), wi),
                     100_000,
                     k as u64,
                 );
-                // 24 tests: one in 400 runs would fail by chance, were the seeds not fixed.
+                // 30 tests: one in 300 runs would fail by chance, were the seeds not fixed.
                 assert!(test.p_value > 1e-4, "mixture {k}, {wo}: {test:?}");
                 assert!((test.integral - 1.0).abs() < 6e-4, "mixture {k}, {wo}: {test:?}");
             }
@@ -217,14 +253,14 @@ mod tests {
 
     #[test]
     fn a_wrong_density_is_found() {
-        let sampler = &mixtures()[6];
+        let sampler = &mixtures()[8];
         let wo = Vec3::new(0.6, 0.0, 0.8);
         let test = chi_square::test(
-            |pick, u| sampler.sample(Vec2::ZERO, wo, pick, u),
+            |pick, u| sampler.sample(&seen_from(wo), pick, u),
             // The mirrored lobe, a fifth of the mixture, 10 % wider.
             |wi| {
                 let lobe = |sharpness| Lobe::Mirror { sharpness }.pdf(wo, wi);
-                sampler.pdf(Vec2::ZERO, wo, wi) + 0.2 * (lobe(50.0) - lobe(60.0))
+                sampler.pdf(&seen_from(wo), wi) + 0.2 * (lobe(50.0) - lobe(60.0))
             },
             100_000,
             1,
@@ -234,15 +270,18 @@ mod tests {
 
     #[test]
     fn the_density_of_a_sample_is_the_density_there_to_the_bit() {
-        let weights = (0..2 * 3 * 4).flat_map(|k| [0.1 + 0.01 * k as f32, 0.9 - 0.01 * k as f32]).collect();
-        let lobes = vec![Lobe::Uniform, Lobe::Back { sharpness: 3.0 }];
-        let sampler = Sampler::new(lobes, 4, [2, 3], weights).unwrap();
+        let weights =
+            (0..2 * 3 * 2 * 3).flat_map(|k| [0.1 + 0.01 * k as f32, 0.9 - 0.01 * k as f32]).collect();
+        let lobes = vec![Lobe::Uniform, Lobe::Forward { sharpness: 3.0, height: 0.2 }];
+        let grid = Grid { view_edges: vec![0.1, 0.3], curvature_edges: vec![0.0], cells: [2, 3] };
+        let sampler = Sampler::new(lobes, grid, weights).unwrap();
         for k in 0..1000 {
             let t = |x: f32| (x * k as f32).fract();
             let (uv, wo) =
                 (Vec2::new(t(0.37) * 4.0 - 2.0, t(0.71)), Vec3::new(t(0.13), -t(0.57), t(0.91)).normalize());
-            let (wi, pdf) = sampler.sample(uv, wo, t(0.77), Vec2::new(t(0.317), t(0.613)));
-            assert_eq!(pdf.to_bits(), sampler.pdf(uv, wo, wi).to_bits());
+            let query = Incidence { uv, wo, kappa_hat: t(0.29) - 0.5 };
+            let (wi, pdf) = sampler.sample(&query, t(0.77), Vec2::new(t(0.317), t(0.613)));
+            assert_eq!(pdf.to_bits(), sampler.pdf(&query, wi).to_bits());
             assert!(pdf > 0.0 && (wi.length() - 1.0).abs() < 1e-6);
         }
     }
@@ -254,7 +293,7 @@ mod tests {
                 for x in [0.0, 1.0 - f32::EPSILON / 2.0] {
                     for y in [0.0, 1.0 - f32::EPSILON / 2.0] {
                         for pick in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
-                            let (wi, pdf) = sampler.sample(Vec2::ZERO, wo, pick, Vec2::new(x, y));
+                            let (wi, pdf) = sampler.sample(&seen_from(wo), pick, Vec2::new(x, y));
                             assert!(wi.is_finite() && pdf > 0.0 && pdf.is_finite(), "{wi} {pdf}");
                         }
                     }
@@ -265,7 +304,7 @@ mod tests {
 
     #[test]
     fn numbers_that_are_no_density_are_refused() {
-        let new = |lobes, weights| Sampler::new(lobes, 1, [1, 1], weights);
+        let new = |lobes, weights| Sampler::new(lobes, Grid::default(), weights);
         let two = vec![Lobe::Uniform, Lobe::Below];
         assert!(matches!(new(two.clone(), vec![1.0]), Err(SamplerError::Sizes { .. })));
         assert!(matches!(new(two.clone(), vec![1.0, 0.1]), Err(SamplerError::Mixture { .. })));
@@ -273,5 +312,37 @@ mod tests {
         assert!(matches!(new(two, vec![f32::NAN, 1.0]), Err(SamplerError::Mixture { .. })));
         let sharp = vec![Lobe::Uniform, Lobe::Mirror { sharpness: f32::INFINITY }];
         assert!(matches!(new(sharp, vec![0.5, 0.5]), Err(SamplerError::Lobe { index: 1, .. })));
+        let high = vec![Lobe::Uniform, Lobe::Forward { sharpness: 8.0, height: 1.1 }];
+        assert!(matches!(new(high, vec![0.5, 0.5]), Err(SamplerError::Lobe { index: 1, .. })));
+        let grid = Grid { view_edges: vec![0.5, 0.4], ..Grid::default() };
+        assert!(matches!(
+            Sampler::new(vec![Lobe::Uniform], grid, vec![1.0; 3]),
+            Err(SamplerError::Grid { .. })
+        ));
+    }
+
+    #[test]
+    fn files_say_what_the_grid_is_and_old_ones_are_understood() {
+        let read = |text: &str| serde_json::from_str::<Sampler>(text);
+        let old = r#"{"lobes":["uniform"],"bands":4,"cells":[1,1],"weights":[1.0,1.0,1.0,1.0]}"#;
+        let sampler = read(old).unwrap();
+        assert_eq!(sampler.grid().view_edges, [0.25, 0.5, 0.75]);
+        assert!(sampler.is_of_version_2());
+        assert_eq!(serde_json::to_string(&sampler).unwrap(), old);
+        let new = r#"{"lobes":["uniform",{"forward":{"sharpness":40.0,"height":0.3}}],"bands":2,"view_edges":[0.1],"#.to_owned()
+            + r#""curvature_edges":[0.5],"cells":[1,1],"weights":[0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5]}"#;
+        let sampler = read(&new).unwrap();
+        assert_eq!((sampler.grid().bands(), sampler.grid().curvatures()), (2, 2));
+        assert!(!sampler.is_of_version_2());
+        assert_eq!(serde_json::to_string(&sampler).unwrap(), new);
+        for (from, to) in [
+            ("[0.1]", "[0.1,0.2]"),
+            ("[0.1]", "[1.5]"),
+            ("\"bands\":2", "\"bands\":0"),
+            ("[0.5]", "[0.5,0.5]"),
+        ] {
+            assert!(read(&new.replacen(from, to, 1)).is_err(), "{to}");
+        }
+        assert!(read(&old.replace("\"bands\":4", "\"bands\":4000000000")).is_err());
     }
 }
