@@ -16,6 +16,13 @@ pub(super) fn small_integer(x: f32) -> i32 {
     (x + ZERO).to_bits() as i32 - ZERO.to_bits() as i32
 }
 
+/// [`inside_tile`](crate::model::inside_tile) by the same operations: NaN and infinities have no part below 1 and compare as false.
+#[inline(always)]
+pub(super) fn inside_tile(x: f32) -> f32 {
+    let inside = x - x.floor();
+    if inside > 0.0 { inside } else { 0.0 }
+}
+
 /// [`azimuth`](crate::model::azimuth) of a direction with this x and y.
 #[inline(always)]
 pub(super) fn azimuth(x: f32, y: f32) -> [f32; 2] {
@@ -161,6 +168,8 @@ mod tests {
             assert!((a - want.x).abs() < 2e-7 && (b - want.y).abs() < 2e-7);
             let cosine = (i as f32 * 0.618_034).fract();
             let wo = Vec3::new(0.6, 0.8, 0.0) * (1.0 - cosine * cosine).sqrt() + Vec3::new(0.0, 0.0, cosine);
+            let far = (t - 0.5) * 4e6 * t;
+            assert_eq!(inside_tile(far), model::inside_tile(far), "{far}");
             assert_eq!(descend(wo.to_array(), kappa, depth), length(Way::Descend, wo));
             let (found, want) = (through(wo.to_array(), kappa, depth), length(Way::Through, wo));
             assert!(relative(found, want) < 6e-7, "{kappa} {cosine}: {found} {want}");
@@ -181,5 +190,8 @@ mod tests {
             }
         }
         assert_eq!(azimuth(0.0, 0.0), [1.0, 0.0]);
+        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, -1e-9, f32::MAX, 1.0, -1.0, -1e-45] {
+            assert_eq!(inside_tile(x).to_bits(), model::inside_tile(x).to_bits(), "{x}");
+        }
     }
 }

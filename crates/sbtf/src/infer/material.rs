@@ -24,6 +24,8 @@ pub const MOST_CHANNELS: usize = 32;
 /// Buffers of usual networks; zeroing the large ones costs more than a few queries.
 const FEW_INPUTS: usize = 96;
 const FEW_WIDTH: usize = 32;
+/// Bytes of textures from which on a core's own caches do not hold them.
+const LARGE: usize = 1 << 21;
 /// Inputs of a colour network.
 const COLOUR_INPUTS: usize = MOST_CHANNELS + GROUP;
 
@@ -60,6 +62,8 @@ pub struct Material {
     pub(super) colour: PackedModule,
     simd: Simd,
     sizes: Sizes,
+    /// Whether its textures leave the caches of a core, so that it pays to look ahead.
+    pub(super) is_large: bool,
 }
 
 /// A texture and a network, both packed.
@@ -129,7 +133,8 @@ impl Material {
         }
         let few = inputs <= FEW_INPUTS + GROUP && width <= FEW_WIDTH;
         let sizes = if few { Sizes::Few } else { Sizes::Many };
-        Self { architecture, opacity, offset, colour, simd, sizes }
+        let is_large = modules().map(|module| module.texture.bytes()).sum::<usize>() > LARGE;
+        Self { architecture, opacity, offset, colour, simd, sizes, is_large }
     }
 
     /// Its form.

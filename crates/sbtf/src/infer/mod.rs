@@ -5,6 +5,7 @@
 //! many queries ([`alpha_batch`](crate::SilhouetteBtf::alpha_batch) and its like). It gives what
 //! [`Model`](crate::model::Model) defines, but for the order of sums.
 
+mod ahead;
 mod aligned;
 mod block;
 mod kernels;
@@ -14,9 +15,11 @@ mod material;
 mod one;
 mod packed_mlp;
 mod packed_texture;
+mod prepared;
 mod rows;
 mod stages;
 mod stored;
+mod work;
 
 pub use kernels::Instructions;
 pub use loss::ExportLoss;

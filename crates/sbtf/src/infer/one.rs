@@ -2,10 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::block::apart;
 use super::kernels::{Buffers, COLUMN, Column, Isa, Task};
 use super::lane_math::{azimuth, exp_less_one, per_lane};
 use super::material::{Material, PackedModule};
+use super::prepared::apart;
 use crate::model::{OffsetForm, OpacityHead, STEEPEST_RAY, inside_tile};
 use crate::query::{Answer, Query};
 
@@ -43,20 +43,16 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for Alpha<'_, INPUTS, WIDTH> 
     fn run<I: Isa>(self, isa: I) -> f32 {
         let Self { material, view } = self;
         let Some(module) = &material.opacity else { return 1.0 };
-        let inputs = opacity_inputs::<I, INPUTS>(isa, material, module, view);
+        let mut inputs = Column::<INPUTS>::zeroed();
+        put_opacity::<I>(isa, material, module, view, &mut inputs.0);
         let [output] = forward::<I, 1, WIDTH>(isa, module, &inputs.0);
         material.alpha_of_output(output, view.wo.z, view.kappa)
     }
 }
 
+/// Writes the inputs of the opacity network.
 #[inline(always)]
-fn opacity_inputs<I: Isa, const INPUTS: usize>(
-    isa: I,
-    material: &Material,
-    module: &PackedModule,
-    view: View,
-) -> Column<INPUTS> {
-    let mut inputs = Column::<INPUTS>::zeroed();
+fn put_opacity<I: Isa>(isa: I, material: &Material, module: &PackedModule, view: View, inputs: &mut [f32]) {
     let architecture = &material.architecture;
     let along = Vec2::from(azimuth(view.wo.x, view.wo.y));
     let step = if apart(&architecture.opacity_taps) {
@@ -64,14 +60,13 @@ fn opacity_inputs<I: Isa, const INPUTS: usize>(
     } else {
         Vec2::ZERO
     };
-    let next = fetch_taps(isa, module, view.uv, step, &architecture.opacity_taps, &mut inputs.0);
+    let next = fetch_taps(isa, module, view.uv, step, &architecture.opacity_taps, inputs);
     let direction = match architecture.opacity {
         OpacityHead::Silhouette => along,
         OpacityHead::Direct | OpacityHead::Opaque => view.wo.truncate(),
     };
-    inputs.0[next..next + 2].copy_from_slice(&direction.to_array());
-    put_curvature(material, view, &mut inputs.0, next + 2);
-    inputs
+    inputs[next..next + 2].copy_from_slice(&direction.to_array());
+    put_curvature(material, view, inputs, next + 2);
 }
 
 /// Inputs of the colour network, with room for the light.
@@ -92,22 +87,20 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Self::Output {
         let Self { material, view } = self;
-        let (inputs, step) = offset_inputs::<I, INPUTS>(isa, material, view);
+        let mut inputs = Column::<INPUTS>::zeroed();
+        let step = put_offset::<I>(isa, material, view, &mut inputs.0);
         let output = forward::<I, 2, WIDTH>(isa, &material.offset, &inputs.0);
         let uv = hit_uv(material, view, step, output);
-        (uv, ColourInputs::at(isa, material, view, uv))
+        let mut inputs = ColourInputs::nowhere();
+        inputs.put(isa, material, view, uv);
+        (uv, inputs)
     }
 }
 
-/// Inputs of the offset network, and how far it is to a tap at 1.
+/// Writes the inputs of the offset network; returns how far it is to a tap at 1.
 #[inline(always)]
-fn offset_inputs<I: Isa, const INPUTS: usize>(
-    isa: I,
-    material: &Material,
-    view: View,
-) -> (Column<INPUTS>, Vec2) {
+fn put_offset<I: Isa>(isa: I, material: &Material, view: View, inputs: &mut [f32]) -> Vec2 {
     let (module, architecture) = (&material.offset, &material.architecture);
-    let mut inputs = Column::<INPUTS>::zeroed();
     let wanted = architecture.offset == OffsetForm::AlongReach || apart(&architecture.offset_taps);
     let step = if wanted {
         let reach = material.way_length(architecture.offset_way, view.wo.to_array(), view.kappa);
@@ -115,10 +108,10 @@ fn offset_inputs<I: Isa, const INPUTS: usize>(
     } else {
         Vec2::ZERO
     };
-    let next = fetch_taps(isa, module, view.uv, step, &architecture.offset_taps, &mut inputs.0);
-    inputs.0[next..next + 2].copy_from_slice(&[view.wo.x, view.wo.y]);
-    put_curvature(material, view, &mut inputs.0, next + 2);
-    (inputs, step)
+    let next = fetch_taps(isa, module, view.uv, step, &architecture.offset_taps, inputs);
+    inputs[next..next + 2].copy_from_slice(&[view.wo.x, view.wo.y]);
+    put_curvature(material, view, inputs, next + 2);
+    step
 }
 
 /// Where a ray hits by the output of the offset network.
@@ -141,10 +134,12 @@ fn enter<I: Isa, const INPUTS: usize, const WIDTH: usize>(
     view: View,
     known: Option<f32>,
 ) -> Option<(f32, Vec2)> {
-    let (inputs, step) = offset_inputs::<I, INPUTS>(isa, material, view);
+    let mut inputs = Column::<INPUTS>::zeroed();
+    let step = put_offset::<I>(isa, material, view, &mut inputs.0);
     let (alpha, output) = match (known, &material.opacity) {
         (None, Some(opacity)) => {
-            let others = opacity_inputs::<I, INPUTS>(isa, material, opacity, view);
+            let mut others = Column::<INPUTS>::zeroed();
+            put_opacity::<I>(isa, material, opacity, view, &mut others.0);
             let modules = [opacity, &material.offset];
             let (alpha, offset) = forward_two::<I, WIDTH>(isa, modules, [&others.0, &inputs.0]);
             (material.alpha_of_output(alpha, view.wo.z, view.kappa), offset)
@@ -174,7 +169,9 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task for Begi
         }
         let view = View::new(material, uv, wo, kappa_hat);
         let (alpha, uv) = enter::<I, INPUTS, WIDTH>(isa, material, view, known)?;
-        Some((alpha, uv, ColourInputs::at(isa, material, view, uv)))
+        let mut inputs = ColourInputs::nowhere();
+        inputs.put(isa, material, view, uv);
+        Some((alpha, uv, inputs))
     }
 }
 
@@ -198,20 +195,26 @@ impl<const INPUTS: usize, const WIDTH: usize, const COLOUR: usize> Task for Whol
         let Some((alpha, uv)) = enter::<I, INPUTS, WIDTH>(isa, material, view, known) else {
             return Answer::default();
         };
-        let mut inputs = ColourInputs::<COLOUR>::at(isa, material, view, uv);
+        let mut inputs = ColourInputs::<COLOUR>::nowhere();
+        inputs.put(isa, material, view, uv);
         Answer { rgb: inputs.colour::<I, WIDTH>(isa, material, query.wi), alpha }
     }
 }
 
 impl<const INPUTS: usize> ColourInputs<INPUTS> {
-    /// For a ray that hits at `uv`.
+    /// Not those of any ray.
     #[inline(always)]
-    fn at<I: Isa>(isa: I, material: &Material, view: View, uv: Vec2) -> Self {
-        let mut inputs = Column::<INPUTS>::zeroed();
-        let next = fetch_taps(isa, &material.colour, uv, Vec2::ZERO, &[0.0], &mut inputs.0);
-        inputs.0[next + 3..next + 5].copy_from_slice(&[view.wo.x, view.wo.y]);
-        put_curvature(material, view, &mut inputs.0, next + 5);
-        Self(inputs)
+    fn nowhere() -> Self {
+        Self(Column::zeroed())
+    }
+
+    /// Writes those of a ray that hits at `uv`.
+    #[inline(always)]
+    fn put<I: Isa>(&mut self, isa: I, material: &Material, view: View, uv: Vec2) {
+        let inputs = &mut self.0.0;
+        let next = fetch_taps(isa, &material.colour, uv, Vec2::ZERO, &[0.0], inputs);
+        inputs[next + 3..next + 5].copy_from_slice(&[view.wo.x, view.wo.y]);
+        put_curvature(material, view, inputs, next + 5);
     }
 
     /// The colour under light from `wi`.
@@ -220,8 +223,10 @@ impl<const INPUTS: usize> ColourInputs<INPUTS> {
         let module = &material.colour;
         let light = module.texture.channels;
         self.0.0[light..light + 3].copy_from_slice(&wi.to_array());
-        let output = forward::<I, 3, WIDTH>(isa, module, &self.0.0);
-        Vec3::from(per_lane(&output, exp_less_one))
+        // Four fill a register; the last is always zero.
+        let output = forward::<I, 4, WIDTH>(isa, module, &self.0.0);
+        let [red, green, blue, _] = per_lane(&output, exp_less_one);
+        Vec3::new(red, green, blue)
     }
 }
 
@@ -239,7 +244,9 @@ impl<const INPUTS: usize, const WIDTH: usize> Task for ColourAt<'_, INPUTS, WIDT
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Vec3 {
         let Self { material, view, uv, wi } = self;
-        ColourInputs::<INPUTS>::at(isa, material, view, uv).colour::<I, WIDTH>(isa, material, wi)
+        let mut inputs = ColourInputs::<INPUTS>::nowhere();
+        inputs.put(isa, material, view, uv);
+        inputs.colour::<I, WIDTH>(isa, material, wi)
     }
 }
 

@@ -4,10 +4,15 @@ use super::aligned::Aligned;
 use super::kernels::COLUMN;
 use crate::model::Mlp;
 
+/// Neurons of a hidden layer of most networks: the paper's.
+pub(super) const USUAL_WIDTH: usize = 24;
+
 /// A network whose weights lie in the order in which kernels read them: per layer the biases, then the weights of the first
 /// input to every output, those of the second, and so on.
 #[derive(Debug)]
 pub(super) struct PackedMlp {
+    /// Whether it has three hidden layers of [`USUAL_WIDTH`] neurons and at most half a [`COLUMN`] of outputs.
+    pub is_usual: bool,
     pub layers: Vec<PackedLayer>,
     numbers: Aligned<f32>,
 }
@@ -57,7 +62,12 @@ impl PackedMlp {
                 weights,
             });
         }
-        Self { layers, numbers: Aligned::new(&numbers) }
+        let widths = layers.iter().map(|layer| layer.outputs);
+        let is_usual = layers.len() == 4
+            && widths
+                .enumerate()
+                .all(|(k, outputs)| if k < 3 { outputs == USUAL_WIDTH } else { outputs <= COLUMN / 2 });
+        Self { is_usual, layers, numbers: Aligned::new(&numbers) }
     }
 
     /// All weights and biases.

@@ -274,6 +274,32 @@ fn parts_in_batches_give_the_bits_of_whole_batches() {
     }
 }
 
+/// Textures that leave the caches are asked for ahead of time, block by block and tap by tap: the same bits as part by part, where nothing is.
+/// Steep queries of their own, grazing ones of their own, and both mixed, fill blocks in every order.
+#[test]
+fn looking_ahead_changes_nothing() {
+    for form in [Architecture::paper(0.1), Architecture::taps(0.1).with_direct_head()] {
+        let depth = form.depth;
+        let stored = StoredModel::new(&Model::untrained(form, 5), Precision::F32);
+        let mut all = queries(1500, depth);
+        all[..300].iter_mut().for_each(|query| query.wo = Vec3::Z);
+        all[300..600].iter_mut().for_each(|query| query.wo = Vec3::new(0.8, 0.6, 0.01).normalize());
+        let mut before: Option<Vec<Answer>> = None;
+        for instructions in INSTRUCTIONS {
+            let Some(material) = Material::with_instructions(&stored, instructions) else { continue };
+            assert!(material.is_large, "with textures that stay near the test says nothing");
+            let mut found = vec![Answer::default(); all.len()];
+            material.eval_batch(&all, &mut found);
+            assert_eq!(found, in_parts(&material, &all), "{instructions:?}");
+            // The portable kernels round products before adding.
+            if instructions != Instructions::Portable {
+                assert!(before.is_none_or(|before| before == found), "AVX2 as AVX-512");
+                before = Some(found);
+            }
+        }
+    }
+}
+
 /// Opacities first; entries and colours of those that hit.
 fn in_parts(material: &Material, queries: &[Query]) -> Vec<Answer> {
     let ray = |q: &Query| Incidence { uv: q.uv, wo: q.wo, kappa_hat: q.kappa_hat };

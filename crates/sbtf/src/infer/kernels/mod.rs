@@ -9,13 +9,17 @@
 
 #![allow(unsafe_code, reason = "SIMD kernels; each has a portable twin that tests it")]
 
+mod column;
+#[cfg(target_arch = "x86_64")]
+mod fetch;
 mod portable;
 mod tile;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use super::ahead::Ahead;
 use super::packed_mlp::PackedMlp;
-use super::packed_texture::{Corner, Corners, PackedTexture};
+use super::packed_texture::{Corner, PackedTexture, Places};
 
 pub(super) use portable::Portable;
 #[cfg(target_arch = "x86_64")]
@@ -73,8 +77,8 @@ pub(super) struct Buffers<'a, T> {
 
 /// The operations of an instruction set.
 pub(super) trait Isa: Copy {
-    /// A network over 32 queries.
-    fn forward_block(self, mlp: &PackedMlp, buffers: Buffers<'_, Row>);
+    /// A network over 32 queries; meanwhile what is planned is brought near.
+    fn forward_block(self, mlp: &PackedMlp, buffers: Buffers<'_, Row>, ahead: &mut Ahead<'_>);
 
     /// The network on one query; `b` and `c` have room for a multiple of [`COLUMN`].
     fn forward_one(self, mlp: &PackedMlp, buffers: Buffers<'_, f32>);
@@ -84,7 +88,7 @@ pub(super) trait Isa: Copy {
     fn forward_two(self, mlps: [&PackedMlp; 2], buffers: [Buffers<'_, f32>; 2]);
 
     /// Features of 32 queries, a row per channel.
-    fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]);
+    fn fetch_block(self, texture: &PackedTexture, places: Places<'_>, rows: &mut [Row]);
 
     /// Features of one query; `features` has room for a multiple of [`GROUP`].
     fn fetch_one(self, texture: &PackedTexture, corner: Corner, features: &mut [f32]);

@@ -2,9 +2,10 @@
 
 use half::f16;
 
-use super::super::packed_texture::{Corner, Corners, PackedTexels, PackedTexture};
+use super::super::ahead::Ahead;
+use super::super::packed_texture::{Corner, PackedTexels, PackedTexture, Places};
 use super::tile::{self, Vector};
-use super::{BLOCK, Buffers, GROUP, Isa, PackedMlp, Row};
+use super::{BLOCK, Buffers, GROUP, Isa, PackedMlp, Row, column};
 
 /// No particular instructions.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +13,12 @@ pub struct Portable;
 
 impl<const N: usize> Vector for [f32; N] {
     const LANES: usize = N;
+    type Half = Self;
+
+    #[inline(always)]
+    unsafe fn half(self) -> Self {
+        self
+    }
 
     #[inline(always)]
     unsafe fn splat(x: f32) -> Self {
@@ -42,6 +49,9 @@ impl<const N: usize> Vector for [f32; N] {
     }
 
     #[inline(always)]
+    unsafe fn bring_near(_: *const u8) {}
+
+    #[inline(always)]
     unsafe fn rectified(self) -> Self {
         self.map(|x| if x > 0.0 { x } else { 0.0 })
     }
@@ -49,28 +59,28 @@ impl<const N: usize> Vector for [f32; N] {
 
 impl Isa for Portable {
     #[inline(always)]
-    fn forward_block(self, mlp: &PackedMlp, buffers: Buffers<'_, Row>) {
+    fn forward_block(self, mlp: &PackedMlp, buffers: Buffers<'_, Row>, ahead: &mut Ahead<'_>) {
         // SAFETY: arrays need no particular instructions.
-        unsafe { tile::forward_block::<[f32; 4], 6>(mlp, buffers) }
+        unsafe { tile::forward_block::<[f32; 4], 6>(mlp, buffers, ahead) }
     }
 
     #[inline(always)]
     fn forward_one(self, mlp: &PackedMlp, buffers: Buffers<'_, f32>) {
         // SAFETY: arrays need no particular instructions.
-        unsafe { tile::forward_one::<[f32; GROUP]>(mlp, buffers) }
+        unsafe { column::forward_one::<[f32; GROUP]>(mlp, buffers) }
     }
 
     #[inline(always)]
     fn forward_two(self, mlps: [&PackedMlp; 2], buffers: [Buffers<'_, f32>; 2]) {
         // SAFETY: arrays need no particular instructions.
-        unsafe { tile::forward_two::<[f32; GROUP]>(mlps, buffers) }
+        unsafe { column::forward_two::<[f32; GROUP]>(mlps, buffers) }
     }
 
     #[inline(always)]
-    fn fetch_block(self, texture: &PackedTexture, corners: &Corners, rows: &mut [Row]) {
+    fn fetch_block(self, texture: &PackedTexture, places: Places<'_>, rows: &mut [Row]) {
         #[allow(clippy::needless_range_loop, reason = "the rows are columns here")]
         for query in 0..BLOCK {
-            fetch(texture, corners.of(query), |channel, feature| rows[channel][query] = feature);
+            fetch(texture, places.of(query), |channel, feature| rows[channel][query] = feature);
         }
     }
 
@@ -98,9 +108,10 @@ fn fetch_from<T>(
     corner: Corner,
     mut put: impl FnMut(usize, f32),
 ) {
-    let ([row0, row1], [fx, fy]) = (corner.rows.map(|row| row as usize), corner.fractions);
+    let index = |bytes: usize| bytes / size_of::<T>();
+    let ([row0, row1], [fx, fy]) = (corner.rows.map(|row| index(row as usize)), corner.fractions);
     for channel in 0..texture.channels {
-        let group = channel / GROUP * texture.group_stride + channel % GROUP;
+        let group = index(channel / GROUP * texture.group_bytes) + channel % GROUP;
         let at = |index: usize| value(&texels[group + index]);
         let down = |index: usize| at(row0 + index) + (at(row1 + index) - at(row0 + index)) * fy;
         let (left, right) = (down(0), down(GROUP));

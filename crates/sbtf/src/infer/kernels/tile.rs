@@ -1,5 +1,6 @@
-//! The matrix products: register tiles of a few outputs by a few registers of queries, or of many outputs for one query.
+//! Networks over a block: register tiles of a few outputs by a few registers of queries.
 
+use super::super::ahead::Ahead;
 use super::super::packed_mlp::{PackedLayer, PackedMlp};
 use super::{BLOCK, Buffers, Row};
 
@@ -10,12 +11,19 @@ use super::{BLOCK, Buffers, Row};
 /// Methods may only be called where the processor has the instructions behind them, pointers must be valid for `LANES` numbers.
 pub(super) trait Vector: Copy {
     const LANES: usize;
+    /// A register of half as many lanes, where it is worth while.
+    type Half: Vector;
+    const HAS_HALF: bool = false;
+    /// The first lanes.
+    unsafe fn half(self) -> Self::Half;
     unsafe fn splat(x: f32) -> Self;
     unsafe fn load(from: *const f32) -> Self;
     unsafe fn store(self, to: *mut f32);
     /// `self + a * b`.
     unsafe fn plus_product(self, a: Self, b: Self) -> Self;
     unsafe fn add(self, other: Self) -> Self;
+    /// Asks for a cache line that is wanted later. Any address will do.
+    unsafe fn bring_near(address: *const u8);
     /// The larger of it and 0; 0 for NaN.
     unsafe fn rectified(self) -> Self;
 }
@@ -29,7 +37,11 @@ const WIDE: usize = 2;
 ///
 /// The processor has the instructions of `V`.
 #[inline(always)]
-pub(super) unsafe fn forward_block<V: Vector, const TILE: usize>(mlp: &PackedMlp, buffers: Buffers<'_, Row>) {
+pub(super) unsafe fn forward_block<V: Vector, const TILE: usize>(
+    mlp: &PackedMlp,
+    buffers: Buffers<'_, Row>,
+    ahead: &mut Ahead<'_>,
+) {
     let Buffers { a, b, c } = buffers;
     let last = mlp.layers.len() - 1;
     for (index, layer) in mlp.layers.iter().enumerate() {
@@ -42,9 +54,9 @@ pub(super) unsafe fn forward_block<V: Vector, const TILE: usize>(mlp: &PackedMlp
         // SAFETY: the rows were just checked; the caller vouches for the instructions.
         unsafe {
             if index == last {
-                layer_block::<V, TILE, false>(mlp, layer, from, to);
+                layer_block::<V, TILE, false>(mlp, layer, from, to, ahead);
             } else {
-                layer_block::<V, TILE, true>(mlp, layer, from, to);
+                layer_block::<V, TILE, true>(mlp, layer, from, to, ahead);
             }
         }
     }
@@ -56,6 +68,7 @@ unsafe fn layer_block<V: Vector, const TILE: usize, const RECTIFIED: bool>(
     layer: &PackedLayer,
     from: &[Row],
     to: &mut [Row],
+    ahead: &mut Ahead<'_>,
 ) {
     let mut first = 0;
     while first < layer.outputs {
@@ -63,12 +76,12 @@ unsafe fn layer_block<V: Vector, const TILE: usize, const RECTIFIED: bool>(
         // SAFETY: forwarded from the caller; `first + N` is at most the number of outputs.
         unsafe {
             first += match left {
-                _ if left >= TILE => tiles::<V, TILE, RECTIFIED>(mlp, layer, first, from, to),
-                6.. => tiles::<V, 6, RECTIFIED>(mlp, layer, first, from, to),
-                4.. => tiles::<V, 4, RECTIFIED>(mlp, layer, first, from, to),
-                3 => tiles::<V, 3, RECTIFIED>(mlp, layer, first, from, to),
-                2 => tiles::<V, 2, RECTIFIED>(mlp, layer, first, from, to),
-                _ => tiles::<V, 1, RECTIFIED>(mlp, layer, first, from, to),
+                _ if left >= TILE => tiles::<V, TILE, RECTIFIED>(mlp, layer, first, from, to, ahead),
+                6.. => tiles::<V, 6, RECTIFIED>(mlp, layer, first, from, to, ahead),
+                4.. => tiles::<V, 4, RECTIFIED>(mlp, layer, first, from, to, ahead),
+                3 => tiles::<V, 3, RECTIFIED>(mlp, layer, first, from, to, ahead),
+                2 => tiles::<V, 2, RECTIFIED>(mlp, layer, first, from, to, ahead),
+                _ => tiles::<V, 1, RECTIFIED>(mlp, layer, first, from, to, ahead),
             };
         }
     }
@@ -82,6 +95,7 @@ unsafe fn tiles<V: Vector, const N: usize, const RECTIFIED: bool>(
     first: usize,
     from: &[Row],
     to: &mut [Row],
+    ahead: &mut Ahead<'_>,
 ) -> usize {
     let numbers = mlp.numbers();
     debug_assert!(layer.weights + layer.inputs * layer.stride <= numbers.len());
@@ -97,7 +111,9 @@ unsafe fn tiles<V: Vector, const N: usize, const RECTIFIED: bool>(
             }
             let mut x = from.as_ptr().cast::<f32>().add(query);
             let mut w = weights;
-            for _ in 0..layer.inputs {
+            let soon = ahead.take(layer.inputs);
+            for input in 0..layer.inputs {
+                soon.each(input, |address| V::bring_near(address));
                 let values: [V; WIDE] = [V::load(x), V::load(x.add(V::LANES))];
                 for (k, sum) in sums.iter_mut().enumerate() {
                     let weight = V::splat(*w.add(k));
@@ -116,106 +132,4 @@ unsafe fn tiles<V: Vector, const N: usize, const RECTIFIED: bool>(
         }
     }
     N
-}
-
-/// The network on one query, with registers across outputs; `V` has at most [`COLUMN`](super::COLUMN) lanes.
-///
-/// # Safety
-///
-/// The processor has the instructions of `V`.
-#[inline(always)]
-pub(super) unsafe fn forward_one<V: Vector>(mlp: &PackedMlp, mut buffers: Buffers<'_, f32>) {
-    for index in 0..mlp.layers.len() {
-        // SAFETY: forwarded from the caller.
-        unsafe { layer_one::<V>(mlp, index, &mut buffers) }
-    }
-}
-
-/// Two networks on one query each, layer by layer in turn.
-///
-/// # Safety
-///
-/// As for [`forward_one`].
-#[inline(always)]
-pub(super) unsafe fn forward_two<V: Vector>(mlps: [&PackedMlp; 2], mut buffers: [Buffers<'_, f32>; 2]) {
-    let layers = mlps[0].layers.len().max(mlps[1].layers.len());
-    for index in 0..layers {
-        for (mlp, buffers) in mlps.iter().zip(&mut buffers) {
-            if index < mlp.layers.len() {
-                // SAFETY: forwarded from the caller.
-                unsafe { layer_one::<V>(mlp, index, buffers) }
-            }
-        }
-    }
-}
-
-#[inline(always)]
-unsafe fn layer_one<V: Vector>(mlp: &PackedMlp, index: usize, buffers: &mut Buffers<'_, f32>) {
-    let Buffers { a, b, c } = buffers;
-    let layer = &mlp.layers[index];
-    let is_last = index + 1 == mlp.layers.len();
-    let (from, to): (&[f32], &mut [f32]) = match index {
-        0 => (a, b),
-        i if i % 2 == 1 => (b, c),
-        _ => (c, b),
-    };
-    assert!(layer.inputs <= from.len() && layer.stride <= to.len(), "room for every neuron");
-    let mut first = 0;
-    while first < layer.outputs {
-        let registers = (layer.outputs - first).div_ceil(V::LANES).min(3);
-        // SAFETY: the room was just checked; the caller vouches for the instructions.
-        unsafe {
-            match registers {
-                3 => column::<V, 3>(mlp, layer, first, from, to, !is_last),
-                2 => column::<V, 2>(mlp, layer, first, from, to, !is_last),
-                _ => column::<V, 1>(mlp, layer, first, from, to, !is_last),
-            }
-        }
-        first += registers * V::LANES;
-    }
-}
-
-/// Inputs that are summed side by side for one query: sums that wait for each other would cost four cycles each.
-const PARALLEL: usize = 4;
-
-#[inline(always)]
-unsafe fn column<V: Vector, const N: usize>(
-    mlp: &PackedMlp,
-    layer: &PackedLayer,
-    first: usize,
-    from: &[f32],
-    to: &mut [f32],
-    rectified: bool,
-) {
-    // SAFETY: a packed layer lies inside the numbers of its network, with `stride` a multiple of the lanes; the caller checked the room.
-    unsafe {
-        let numbers = mlp.numbers().as_ptr();
-        let weights = numbers.add(layer.weights + first);
-        let add = |sums: &mut [V; N], input: usize| {
-            let x = V::splat(*from.as_ptr().add(input));
-            let w = weights.add(input * layer.stride);
-            for (k, sum) in sums.iter_mut().enumerate() {
-                *sum = sum.plus_product(x, V::load(w.add(k * V::LANES)));
-            }
-        };
-        let mut sums = [[V::splat(0.0); N]; PARALLEL];
-        for (k, sum) in sums[0].iter_mut().enumerate() {
-            *sum = V::load(numbers.add(layer.biases + first + k * V::LANES));
-        }
-        let even = layer.inputs / PARALLEL * PARALLEL;
-        for input in (0..even).step_by(PARALLEL) {
-            for (k, sum) in sums.iter_mut().enumerate() {
-                add(sum, input + k);
-            }
-        }
-        for input in even..layer.inputs {
-            add(&mut sums[input - even], input);
-        }
-        #[allow(clippy::needless_range_loop, reason = "four arrays side by side")]
-        for k in 0..N {
-            let sum = sums[0][k].add(sums[1][k]).add(sums[2][k].add(sums[3][k]));
-            let sum = if rectified { sum.rectified() } else { sum };
-            sum.store(to.as_mut_ptr().add(first + k * V::LANES));
-        }
-    }
 }
