@@ -326,7 +326,7 @@ fn method(results: &Results, context: &Context) -> Section {
                 context.effort.extent.finest,
                 100.0 * results.reference_noise
             )),
-            Block::Text("`neural` names its filter: `chord` is asked by the chord query, `march` and `point` by the paper's. `network` is another model of the same microstructure, by the chord query. `march` and `oracle` are asked by the chord query too; the march has direct light only below the surface, and the others interreflection. Paths between objects go on in all of them.".to_owned()),
+            Block::Text("`neural` names its filter: `chord` and its table, `baked_chord`, are asked by the chord query, `march` and `point` by the paper's. `network` is another model of the same microstructure, by the chord query. `march` and `oracle` are asked by the chord query too; the march has direct light only below the surface, and the others interreflection. Paths between objects go on in all of them.".to_owned()),
             Block::Text("`render.csv` beside this page has all numbers, and every plot is there as SVG.".to_owned()),
         ],
     }
