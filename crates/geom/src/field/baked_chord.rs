@@ -231,14 +231,22 @@ impl Ground {
     }
 }
 
-/// What a chord adds to the curvature of the section, and to the way along its first triangle. `None` without a section.
+/// What a chord adds to the curvature of the section, and to the way along its first triangle. `None` without a section, and where the
+/// surface ends at once.
 fn addition(field: &CurvatureField<'_>, start: &Start, walk: WalkLength) -> Option<[f64; VALUES]> {
+    /// Of the first piece to the triangle's longest side. Over a boundary vertex a plane cuts off pieces of the size of rounding, whose
+    /// chords have no direction.
+    const LEAST_PIECE: f64 = 1e-9;
     let at = start.section.as_ref()?;
+    let piece = Beginning::new(field, at.plane, start.point, at.forward)?.piece;
+    let triangle = piece.from.triangle;
+    let [a, b, c] = field.surface().corners(triangle);
+    let side = [b - a, c - b, a - c].iter().map(Vec3::norm).fold(0.0, f64::max);
+    if (piece.exit.position - piece.from_position).norm() <= LEAST_PIECE * side {
+        return None;
+    }
     let found = chord(field, start, walk, PACE);
-    let first =
-        Beginning::new(field, at.plane, start.point, at.forward).map(|begun| begun.piece.from.triangle);
-    let axes =
-        first.zip(found.uv_rate).and_then(|(triangle, rate)| Ground::new(field, triangle, at)?.axes_of(rate));
+    let axes = found.uv_rate.and_then(|rate| Ground::new(field, triangle, at)?.axes_of(rate));
     let [ahead, aside] = axes.map_or([0.0; 2], |[ahead, aside]| [ahead - 1.0, aside]);
     Some([found.kappa - at.kappa, ahead, aside])
 }

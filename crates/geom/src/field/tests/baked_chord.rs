@@ -1,6 +1,7 @@
 //! The table of chords against the chords themselves.
 
 use super::*;
+use crate::curvature::{Principal, Status, VertexCurvature};
 
 const SHELL: WalkLength = WalkLength::Shell { depth: 0.1 };
 
@@ -114,4 +115,21 @@ fn tables_are_the_same_bits_for_any_number_of_threads() {
         pool.install(|| BakedChord::new(&field, 4, SHELL))
     };
     assert!(of(1) == of(3));
+}
+
+/// Triangles that are turned over against the estimates' normals: rates still go the ray's way.
+#[test]
+fn rates_go_forward_over_turned_triangles() {
+    let mesh = shapes::plane(12, 12).flipped();
+    let surface = Surface::new(&mesh, Weld::Exact);
+    let flat = Principal { kappa_max: 0.0, kappa_min: 0.0, d1: Vec3::x(), d2: Vec3::y() };
+    let up = VertexCurvature { principal: Some(flat), error: 0.0, status: Status::Ok };
+    let estimates = vec![up; surface.positions().len()];
+    let field = CurvatureField::new(surface, estimates).with_uv_set(&mesh, 0);
+    let filter = table(&field, 8);
+    for query in spread_queries(&field, 300, SHELL) {
+        let rate = filter.ask(&field, &query).unwrap().uv_rate.unwrap();
+        let forward = -Vec3::new(query.w.x, query.w.y, 0.0).normalize();
+        assert!(off([forward.x, forward.y], rate) < 1e-3, "{query:?}: {rate:?}");
+    }
 }
