@@ -68,6 +68,11 @@ impl OwnedField {
         Some(Self { field, filter, walk })
     }
 
+    /// Bytes of the filter's table, if it has one.
+    pub fn table_bytes(&self) -> usize {
+        self.filter.table_bytes()
+    }
+
     /// For a scene.
     pub fn shared(self) -> Arc<dyn DirectionalCurvature> {
         Arc::new(self)

@@ -83,6 +83,12 @@ impl BakedMinimum {
         self.walk
     }
 
+    /// Bytes that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.lowering)
+    }
+
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
         let Some(at) = &start.section else { return start.along(field) };

@@ -123,6 +123,16 @@ impl Filter {
         }
     }
 
+    /// Bytes of the table that it reads, if it reads one.
+    #[must_use]
+    pub fn table_bytes(&self) -> usize {
+        match self {
+            Self::Point | Self::March | Self::MarchWithin { .. } | Self::Chord => 0,
+            Self::Baked(table) => table.bytes(),
+            Self::BakedChord(table) => table.bytes(),
+        }
+    }
+
     /// Asks for the curvature of a ray. `None` where no corner of the triangle has an estimate, and for a `w` without
     /// direction.
     ///

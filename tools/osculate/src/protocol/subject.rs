@@ -87,7 +87,7 @@ pub struct Truth {
 pub struct Cost {
     /// Triangles that rays are traced against.
     pub triangles: usize,
-    /// Corners, indices, normals and UV of the triangles in single precision, without the hierarchy over them.
+    /// Corners, indices, normals and UV of the triangles in single precision, without the hierarchy over them, and a filter's table.
     pub geometry_bytes: usize,
 }
 
@@ -188,9 +188,10 @@ impl Subject {
 
     /// A square picture of a form on the mesh from the first camera, lit from above and all around.
     pub fn scene(&self, form: &Form<'_>, pixels: u32) -> Result<(Scene, Cost)> {
-        let object = self.object(form)?;
+        let (object, table_bytes) = self.object(form)?;
         let (triangles, vertices) = (object.mesh.triangles().len(), object.mesh.positions().len());
-        let cost = Cost { triangles, geometry_bytes: triangles * (36 + 12 + 4) + vertices * (12 + 8) };
+        let geometry_bytes = triangles * (36 + 12 + 4) + vertices * (12 + 8) + table_bytes;
+        let cost = Cost { triangles, geometry_bytes };
         let sun = Light::Directional {
             direction: Vec3::new(-1.0, -1.5, -0.5),
             irradiance: Vec3::new(2.4, 2.3, 2.1),
@@ -208,11 +209,12 @@ impl Subject {
         Ok((scene, cost))
     }
 
-    fn object(&self, form: &Form<'_>) -> Result<MeshInstance> {
+    /// The object, and the bytes of its filter's table.
+    fn object(&self, form: &Form<'_>) -> Result<(MeshInstance, usize)> {
         let (mesh, material, field) = match form {
             Form::Base => (Arc::clone(&self.mesh), Material::default(), None),
             Form::Inner(heights) => (self.inner(heights)?, Material::default(), None),
-            Form::Displaced(truth) => return Ok(truth.object.clone()),
+            Form::Displaced(truth) => return Ok((truth.object.clone(), 0)),
             Form::Blind(entry) => (Arc::clone(&self.mesh), self.asked(entry, QueryForm::Paper), None),
             Form::Flat(heights) => {
                 let micro = MicroSurface::flat(&self.mesh, heights, &self.laying);
@@ -226,10 +228,12 @@ impl Subject {
                 };
                 let field = self.field(entry, *filter, curvature)?;
                 let material = self.asked(entry, QueryForm::of_filter(*filter));
-                (Arc::clone(&self.mesh), material, Some(field.shared()))
+                (Arc::clone(&self.mesh), material, Some(field))
             }
         };
-        Ok(MeshInstance { surface: SurfaceSource::Material(material), field, ..MeshInstance::new(mesh) })
+        let table_bytes = field.as_ref().map_or(0, OwnedField::table_bytes);
+        let (surface, field) = (SurfaceSource::Material(material), field.map(OwnedField::shared));
+        Ok((MeshInstance { surface, field, ..MeshInstance::new(mesh) }, table_bytes))
     }
 
     /// What an entry's depth lets the filter see.
