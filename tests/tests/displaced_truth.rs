@@ -69,7 +69,6 @@ fn scene(object: MeshInstance, camera: Camera, pixels: u32) -> Scene {
         lights: Vec::new(),
         environment: Environment::Black,
         exposure: 0.0,
-        filter: FilterKind::Chord,
     }
 }
 

@@ -97,6 +97,10 @@ impl DirectionalCurvature for Field {
         let uv_rate = answer.uv_rate.map(|rate| rate.map(|q| q as f32));
         Some(RayCurvature { kappa: answer.kappa as f32, uv_rate })
     }
+
+    fn filter(&self) -> FilterKind {
+        self.filter.kind()
+    }
 }
 
 /// A torus under the shipped stones, with a sun and an even sky.

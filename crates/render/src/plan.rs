@@ -204,21 +204,26 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
     let baked = scene.objects.iter().filter(curved).count();
     let takes = asking.iter().filter(|demand| demand.takes_curvature).count();
     let told = asking.iter().filter(|demand| demand.curvature.is_ok()).count();
-    let by = scene.filter.name();
     if takes == 0 {
         let reason =
             format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
-        return (Err(reason.clone()), Err(format!("{reason}, by `{by}`")));
+        return (Err(reason.clone()), Err(reason));
     }
     if told == 0 {
         let reason = "no object whose material asks for curvature carries any but zero".to_owned();
         return (Err(reason.clone()), Err(reason));
     }
     let reason = format!("asked for by the materials of {takes} objects, {told} of which are bent");
-    let filter = match scene.filter {
-        FilterKind::Point => Err("curvature is taken at the point".into()),
-        _ => Ok(format!("`{by}`, for {told} objects")),
-    };
+    let is_told = |demand: &Option<Demand>| demand.as_ref().is_some_and(|demand| demand.curvature.is_ok());
+    let told = std::iter::zip(&scene.objects, demands).filter(|(_, demand)| is_told(demand));
+    let fields: Vec<FilterKind> =
+        told.filter_map(|(object, _)| object.field.as_ref()).map(|field| field.filter()).collect();
+    let counts = FilterKind::ALL.map(|kind| (kind, fields.iter().filter(|by| **by == kind).count()));
+    let looking = counts.iter().filter(|(kind, count)| *kind != FilterKind::Point && *count > 0);
+    let by: Vec<String> =
+        looking.map(|(kind, count)| format!("`{}`, for {count} objects", kind.name())).collect();
+    let filter =
+        if by.is_empty() { Err("curvature is taken at the point".into()) } else { Ok(by.join("; ")) };
     (Ok(reason), filter)
 }
 

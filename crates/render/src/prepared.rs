@@ -4,7 +4,6 @@ mod error;
 mod tables;
 
 use glam::Vec3;
-use osculate_geom::field::FilterKind;
 use osculate_sbtf::brdf::EnergyTable;
 
 pub use error::SceneError;
@@ -48,8 +47,8 @@ pub(crate) struct Prepared {
     pub energy: EnergyTable,
     /// Per object; all of it where there are no silhouettes.
     told: Vec<Told>,
-    /// Whether the objects' fields walk.
-    walks: bool,
+    /// Per object: whether its field looks past the point.
+    filters: Vec<bool>,
 }
 
 impl Prepared {
@@ -99,7 +98,7 @@ impl Prepared {
             environment: EnvironmentSampler::new(&scene.environment),
             energy: EnergyTable::new(),
             told: told(scene),
-            walks: scene.filter != FilterKind::Point,
+            filters: scene.objects.iter().map(MeshInstance::filters).collect(),
         })
     }
 
@@ -161,9 +160,9 @@ impl Prepared {
         wo: Vec3,
         counters: &mut Counters,
     ) -> Option<RayCurvature> {
-        let object = &self.objects[object];
+        let (object, filters) = (&self.objects[object], self.filters[object]);
         counters.curvature_evaluations += u64::from(object.field.is_some() || object.curvature.is_some());
-        counters.filter_walks += u64::from(self.walks && object.field.is_some());
+        counters.filter_walks += u64::from(filters);
         ObjectPoint { object, triangle, barycentrics }.ask(wo)
     }
 

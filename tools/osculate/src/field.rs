@@ -36,7 +36,7 @@ impl OwnedField {
         let (field, walk) = field_of(mesh, weld, curvature, walk);
         let filter = match filter {
             FilterKind::BakedChord => {
-                Filter::BakedChord(Arc::new(BakedChord::new(&field, BakedChord::AZIMUTHS, walk)))
+                Filter::BakedChord(Arc::new(BakedChord::on_demand(&field, BakedChord::AZIMUTHS, walk)))
             }
             other => Filter::of_kind(other)?,
         };
@@ -66,6 +66,13 @@ impl OwnedField {
             }
         };
         Some(Self { field, filter, walk })
+    }
+
+    /// Follows all chords of a table that is otherwise made where it is asked for.
+    pub fn fill_table(&self) {
+        if let Filter::BakedChord(table) = &self.filter {
+            table.fill(&self.field);
+        }
     }
 
     /// Bytes of the filter's table, if it has one.
@@ -121,5 +128,9 @@ impl DirectionalCurvature for OwnedField {
         let query = FilterQuery { point, w: widen(direction), length: self.walk };
         let answer = self.filter.ask(&self.field, &query)?;
         Some(RayCurvature { kappa: narrow(answer.kappa), uv_rate: answer.uv_rate.map(|q| q.map(narrow)) })
+    }
+
+    fn filter(&self) -> FilterKind {
+        self.filter.kind()
     }
 }

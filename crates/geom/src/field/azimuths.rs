@@ -60,20 +60,44 @@ pub(super) struct Around<'p> {
     triangles: Vec<usize>,
 }
 
+/// A triangle of every vertex, where its fan begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FirstTriangles(Vec<u32>);
+
+impl FirstTriangles {
+    const NONE: u32 = u32::MAX;
+
+    pub fn new(field: &CurvatureField<'_>) -> Self {
+        let mut first = vec![Self::NONE; field.surface().positions().len()];
+        for (triangle, corners) in field.surface().triangles().iter().enumerate().rev() {
+            for &vertex in corners {
+                first[vertex as usize] = index_u32(triangle);
+            }
+        }
+        Self(first)
+    }
+
+    pub fn of(&self, vertex: usize) -> Option<usize> {
+        Some(self.0[vertex]).filter(|first| *first != Self::NONE).map(|first| first as usize)
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.0)
+    }
+}
+
 impl<'p> Around<'p> {
     /// One for every surface vertex; `None` for those without a triangle or an estimate.
     pub fn every_vertex(field: &'p CurvatureField<'_>) -> impl IndexedParallelIterator<Item = Option<Self>> {
-        let mut triangle_of = vec![None; field.surface().positions().len()];
-        for (triangle, corners) in field.surface().triangles().iter().enumerate() {
-            for &vertex in corners {
-                triangle_of[vertex as usize].get_or_insert(triangle);
-            }
-        }
-        triangle_of.into_par_iter().enumerate().map(|(vertex, triangle)| {
-            let vertex = index_u32(vertex);
-            let principal = field.principal(vertex)?;
-            Some(Self { vertex, principal, triangles: fan(field, triangle?, vertex) })
-        })
+        let first = FirstTriangles::new(field);
+        let vertices = (0..field.surface().positions().len()).into_par_iter();
+        vertices.map(move |vertex| Self::vertex(field, &first, vertex))
+    }
+
+    /// `None` for a vertex without a triangle or an estimate.
+    pub fn vertex(field: &'p CurvatureField<'_>, first: &FirstTriangles, vertex: usize) -> Option<Self> {
+        let (triangle, vertex) = (first.of(vertex)?, index_u32(vertex));
+        Some(Self { vertex, principal: field.principal(vertex)?, triangles: fan(field, triangle, vertex) })
     }
 
     /// The ray that comes from the azimuth's other side, with this cosine to the normal.

@@ -8,35 +8,40 @@
 //! A chord jumps where the ray passes from coming out again to dying below the material; the table makes a slope of that, as wide as
 //! its step in elevation.
 
+mod ground;
+mod row;
+
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::azimuths::{Around, Between, over_corners};
+use ground::Ground;
+use row::Row;
+
+use super::azimuths::{Around, Between, FirstTriangles, over_corners};
 use super::baked::quantile;
 use super::chord::{PACE, chord};
 use super::queries::spread_queries;
-use super::section::Beginning;
-use super::start::{Start, StartSection};
+use super::start::Start;
 use super::surface_field::CurvatureField;
 use super::walk_length::WalkLength;
-use crate::Vec3;
 
 /// Per direction and elevation: a curvature, and the two components of a UV rate.
 const VALUES: usize = 3;
 /// Elevations that are kept; the one after them, normal incidence, has zeros.
 const ELEVATIONS: usize = 6;
 /// Numbers per vertex and azimuth.
-const ROW: usize = ELEVATIONS * VALUES;
+const WIDTH: usize = ELEVATIONS * VALUES;
 
 /// For every surface vertex, what chords add in a number of directions and elevations to the curvature and the UV rate at the vertex.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BakedChord {
     azimuths: usize,
     walk: WalkLength,
-    /// Per surface vertex: what a step of its curvatures is, 1/length, and one of its rates.
-    steps: Vec<[f32; 2]>,
-    /// Per surface vertex, azimuth and elevation: curvature and both UV rates, in steps.
-    rows: Vec<i16>,
+    first: FirstTriangles,
+    /// Per surface vertex, once it was asked for.
+    rows: Vec<OnceLock<Row>>,
 }
 
 /// How far a table is from the chords that it replaces.
@@ -68,19 +73,44 @@ impl BakedChord {
     /// If `azimuths` is zero.
     #[must_use]
     pub fn new(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> Self {
+        let table = Self::on_demand(field, azimuths, walk);
+        table.fill(field);
+        table
+    }
+
+    /// The same, but chords around a vertex are followed when it is asked for first: vertices that no ray meets cost nothing. Answers are the
+    /// same bits. `field` must be the one that the table is asked with.
+    ///
+    /// # Panics
+    ///
+    /// If `azimuths` is zero.
+    #[must_use]
+    pub fn on_demand(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> Self {
         assert!(azimuths > 0, "a table of no azimuths");
-        let additions = |around: Option<Around<'_>>| {
-            let Some(around) = around else { return ([0.0; 2], vec![0; azimuths * ROW]) };
-            let directions = (0..azimuths).flat_map(|k| (0..ELEVATIONS).map(move |level| (k, level)));
-            let values = directions.flat_map(|(k, level)| {
-                let azimuth = std::f64::consts::TAU * k as f64 / azimuths as f64;
-                let start = around.start(field, azimuth, cosine(level));
-                start.and_then(|start| addition(field, &start, walk)).unwrap_or_default()
-            });
-            in_steps(&values.collect::<Vec<f64>>())
-        };
-        let (steps, rows): (Vec<_>, Vec<_>) = Around::every_vertex(field).map(additions).unzip();
-        Self { azimuths, walk, steps, rows: rows.concat() }
+        let rows = field.surface().positions().iter().map(|_| OnceLock::new()).collect();
+        Self { azimuths, walk, first: FirstTriangles::new(field), rows }
+    }
+
+    /// Follows the chords around all vertices that have not been asked for, in parallel. `field` must be that of all other questions.
+    pub fn fill(&self, field: &CurvatureField<'_>) {
+        (0..self.rows.len()).into_par_iter().for_each(|vertex| {
+            self.row(field, vertex);
+        });
+    }
+
+    /// Whether so many questions about a mesh with so many vertices are answered sooner with a table on demand than by walks.
+    #[must_use]
+    pub fn pays(questions: u64, vertices: usize) -> bool {
+        /// Rows of the vertices that are met take as long as this many walks per vertex save.
+        const PER_VERTEX: u64 = 250;
+        questions >= PER_VERTEX * vertices as u64
+    }
+
+    fn row(&self, field: &CurvatureField<'_>, vertex: usize) -> &Row {
+        self.rows[vertex].get_or_init(|| {
+            let around = Around::vertex(field, &self.first, vertex);
+            Row::new(field, around.as_ref(), self.azimuths, self.walk)
+        })
     }
 
     /// Directions per vertex.
@@ -95,10 +125,17 @@ impl BakedChord {
         self.walk
     }
 
-    /// Bytes that it takes.
+    /// Vertices around which chords have been followed.
+    #[must_use]
+    pub fn known(&self) -> usize {
+        self.rows.iter().filter(|row| row.get().is_some()).count()
+    }
+
+    /// Bytes that it takes by now.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.rows) + size_of_val(&*self.steps)
+        let known = self.rows.iter().filter_map(OnceLock::get).map(Row::bytes).sum::<usize>();
+        self.rows.len() * (size_of::<OnceLock<Row>>() - size_of::<Row>()) + self.first.bytes() + known
     }
 
     /// Curvature of the ray's circle, and its mean UV rate if the field has UVs.
@@ -107,31 +144,12 @@ impl BakedChord {
         let level = Level::of(start.cosine);
         let added = over_corners(field, start.point, |vertex, principal| {
             let between = Between::new(principal, &at.forward, self.azimuths);
-            self.at(vertex, &between, &level)
+            self.row(field, vertex).at(&between, &level)
         });
         let [kappa, ahead, aside] = added.unwrap_or_default();
         let rate =
             Ground::new(field, start.point.triangle, at).map(|ground| ground.uv_of([1.0 + ahead, aside]));
         (at.kappa + kappa, rate)
-    }
-
-    /// Between two azimuths and two elevations of a vertex.
-    fn at(&self, vertex: usize, between: &Between, level: &Level) -> [f64; VALUES] {
-        let row = |entry: usize| -> &[i16; ROW] {
-            let rows = &self.rows[(vertex * self.azimuths + entry) * ROW..];
-            rows.first_chunk().expect("a row for every azimuth")
-        };
-        let [before, after] = between.entries.map(row);
-        let [step, rate_step] = self.steps[vertex].map(f64::from);
-        let mut values = [0.0; VALUES];
-        for (node, share) in level.nodes() {
-            for (k, value) in values.iter_mut().enumerate() {
-                let [one, two] = [before, after].map(|row| f64::from(row[node * VALUES + k]));
-                *value += share * (one + between.share * (two - one));
-            }
-        }
-        let [kappa, ahead, aside] = values;
-        [kappa * step, ahead * rate_step, aside * rate_step]
     }
 
     /// Measures how far the table is from the chords, on `queries` spread queries. `None` without any.
@@ -184,88 +202,4 @@ impl Level {
         let nodes = [(self.below, 1.0 - self.share), (self.below + 1, self.share)];
         nodes.into_iter().filter(|(node, _)| *node < ELEVATIONS)
     }
-}
-
-/// A triangle in the axes of a ray: the way it goes in the triangle's plane, and to the side of that.
-struct Ground {
-    /// UV per length along both.
-    uv_from_axes: [[f64; 2]; 2],
-}
-
-impl Ground {
-    /// `None` without UVs, and for triangles without area.
-    fn new(field: &CurvatureField<'_>, triangle: usize, at: &StartSection) -> Option<Self> {
-        let uvs = field.corner_uvs(triangle)?;
-        let [a, b, c] = field.surface().corners(triangle);
-        let edges = [b - a, c - a];
-        let normal = edges[0].cross(&edges[1]);
-        let squared = normal.norm_squared();
-        let ahead = at.plane.normal.cross(&normal);
-        // The triangle may be turned over.
-        let ahead = ahead * ahead.dot(&at.forward).signum();
-        let aside = at.plane.normal * squared - normal * normal.dot(&at.plane.normal);
-        let along = |axis: Vec3| {
-            let unit = axis.try_normalize(0.0)?;
-            // Shares of both edges in the unit vector.
-            let shares =
-                [unit.cross(&edges[1]).dot(&normal), edges[0].cross(&unit).dot(&normal)].map(|x| x / squared);
-            let rate =
-                [0, 1].map(|k| shares[0] * (uvs[1][k] - uvs[0][k]) + shares[1] * (uvs[2][k] - uvs[0][k]));
-            rate.iter().all(|x| x.is_finite()).then_some(rate)
-        };
-        Some(Self { uv_from_axes: [along(ahead)?, along(aside)?] })
-    }
-
-    fn uv_of(&self, [ahead, aside]: [f64; 2]) -> [f64; 2] {
-        let [one, two] = self.uv_from_axes;
-        [0, 1].map(|k| ahead * one[k] + aside * two[k])
-    }
-
-    /// `None` where UV have no area.
-    fn axes_of(&self, uv: [f64; 2]) -> Option<[f64; 2]> {
-        let [one, two] = self.uv_from_axes;
-        let determinant = one[0] * two[1] - one[1] * two[0];
-        let axes =
-            [uv[0] * two[1] - uv[1] * two[0], one[0] * uv[1] - one[1] * uv[0]].map(|x| x / determinant);
-        axes.iter().all(|x| x.is_finite()).then_some(axes)
-    }
-}
-
-/// What a chord adds to the curvature of the section, and to the way along its first triangle. `None` without a section, and where the
-/// surface ends at once.
-fn addition(field: &CurvatureField<'_>, start: &Start, walk: WalkLength) -> Option<[f64; VALUES]> {
-    /// Of the first piece to the triangle's longest side. Over a boundary vertex a plane cuts off pieces of the size of rounding, whose
-    /// chords have no direction.
-    const LEAST_PIECE: f64 = 1e-9;
-    let at = start.section.as_ref()?;
-    let piece = Beginning::new(field, at.plane, start.point, at.forward)?.piece;
-    let triangle = piece.from.triangle;
-    let [a, b, c] = field.surface().corners(triangle);
-    let side = [b - a, c - b, a - c].iter().map(Vec3::norm).fold(0.0, f64::max);
-    if (piece.exit.position - piece.from_position).norm() <= LEAST_PIECE * side {
-        return None;
-    }
-    let found = chord(field, start, walk, PACE);
-    let axes = found.uv_rate.and_then(|rate| Ground::new(field, triangle, at)?.axes_of(rate));
-    let [ahead, aside] = axes.map_or([0.0; 2], |[ahead, aside]| [ahead - 1.0, aside]);
-    Some([found.kappa - at.kappa, ahead, aside])
-}
-
-/// The numbers of a vertex in 16 bits, and what a step is of curvatures and of rates.
-fn in_steps(values: &[f64]) -> ([f32; 2], Vec<i16>) {
-    let is_kappa = |k: usize| k.is_multiple_of(VALUES);
-    let step = |of_kappa: bool| {
-        let largest = values.iter().enumerate().filter(|(k, _)| is_kappa(*k) == of_kappa);
-        #[allow(clippy::cast_possible_truncation, reason = "a step is as coarse")]
-        let step = (largest.map(|(_, x)| x.abs()).fold(0.0, f64::max) / f64::from(i16::MAX)) as f32;
-        step
-    };
-    let [kappa, rate] = [true, false].map(step);
-    let narrow = |(k, value): (usize, &f64)| {
-        let step = f64::from(if is_kappa(k) { kappa } else { rate });
-        #[allow(clippy::cast_possible_truncation, reason = "a cast saturates, and makes nothing of 0 / 0")]
-        let steps = (value / step).round() as i16;
-        steps
-    };
-    ([kappa, rate], values.iter().enumerate().map(narrow).collect())
 }

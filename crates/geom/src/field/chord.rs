@@ -21,12 +21,15 @@
 mod curve;
 mod lift;
 mod query;
+mod stride;
+mod way;
 
 use query::{Look, Query, Rejects};
+use stride::StrideWalk;
+pub(super) use way::Way;
 
 use super::section::{Beginning, Stop};
-use super::start::Start;
-use super::stride::StrideWalk;
+use super::start::{Start, StartSection};
 use super::surface_field::CurvatureField;
 use super::walk_length::WalkLength;
 
@@ -57,30 +60,44 @@ pub(super) const PACE: f64 = 0.6;
 
 /// The chord of a ray. With a `pace` of 0 the section is looked at in every triangle.
 pub(super) fn chord(field: &CurvatureField<'_>, start: &Start, length: WalkLength, pace: f64) -> Chord {
-    let stay = || Chord {
-        kappa: start.along(field),
-        t_exit: None,
-        uv_rate: None,
-        length: 0.0,
-        crossings: 0,
-        stop: Stop::NormalIncidence,
+    let Some(at) = &start.section else {
+        return Chord::still(start.along(field), Stop::NormalIncidence);
     };
-    let Some(at) = &start.section else { return stay() };
-    let Some(begun) = Beginning::new(field, at.plane, start.point, at.forward) else { return stay() };
+    match Beginning::new(field, at.plane, start.point, at.forward) {
+        None => Chord::still(start.along(field), Stop::NormalIncidence),
+        Some(begun) if begun.is_speck(field) => Chord::still(at.kappa, Stop::Boundary),
+        Some(begun) => chord_from(&mut Way::new(field, start, at, &begun), start, at, length, pace),
+    }
+}
+
+impl Chord {
+    /// Without a walk.
+    fn still(kappa: f64, stop: Stop) -> Self {
+        Self { kappa, t_exit: None, uv_rate: None, length: 0.0, crossings: 0, stop }
+    }
+}
+
+/// The chord of a ray, on the way that it shares with others of its plane.
+pub(super) fn chord_from(
+    way: &mut Way<'_, '_>,
+    start: &Start,
+    at: &StartSection,
+    length: WalkLength,
+    pace: f64,
+) -> Chord {
     let reach = match length {
         WalkLength::Fixed(length) => Reach::Arc(length),
         WalkLength::Shell { depth } | WalkLength::ShellAt { depth, .. } => {
-            Reach::Depth(depth, field.diagonal())
+            Reach::Depth(depth, way.trail.field().diagonal())
         }
     };
-    let mut query = Query::new(field, start, at, &begun.piece, reach);
-    let mut walk = StrideWalk::new(field, &begun, query.ray());
+    let mut query = Query::new(way, start, at, reach);
+    let mut walk = StrideWalk::new(way, query.ray());
     // Where the stride began, and how long it was meant to be.
     let (mut began, mut distance) = (walk.passed(), 0.0);
     loop {
         let rejects = if walk.passed() > began + 1 { Rejects::IfUneven } else { Rejects::No };
-        let (position, ends) = walk.crossing();
-        match query.look(&position, &ends, rejects) {
+        match query.look(&walk.point(), rejects) {
             Look::Ended(end) => return query.finish(end, &walk),
             Look::TooFar => {
                 distance *= 0.4;

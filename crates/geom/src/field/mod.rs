@@ -16,8 +16,8 @@ mod section;
 mod skip;
 mod slice;
 mod start;
-mod stride;
 mod surface_field;
+mod trail;
 mod vertex_bend;
 mod walk_length;
 

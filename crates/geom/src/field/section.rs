@@ -94,6 +94,17 @@ impl Beginning {
         });
         Some(Self { section, piece, ends })
     }
+
+    /// Whether the first piece is no more than rounding: the surface ends there at once.
+    pub fn is_speck(&self, field: &CurvatureField<'_>) -> bool {
+        let Piece { from, from_position, exit } = &self.piece;
+        (exit.position - from_position).norm() <= LEAST_PIECE * longest_side(field, from.triangle)
+    }
+}
+
+fn longest_side(field: &CurvatureField<'_>, triangle: usize) -> f64 {
+    let [a, b, c] = field.surface().corners(triangle);
+    [b - a, c - b, a - c].iter().map(Vec3::norm_squared).fold(0.0, f64::max).sqrt()
 }
 
 impl Section {
@@ -102,7 +113,8 @@ impl Section {
         self.normal.dot(&(p - self.origin))
     }
 
-    fn side_end(&self, field: &CurvatureField<'_>, vertex: u32) -> SideEnd {
+    /// With no weight yet.
+    pub fn side_end(&self, field: &CurvatureField<'_>, vertex: u32) -> SideEnd {
         let position = field.surface().positions()[vertex as usize];
         SideEnd { vertex, position, height: self.height(position), weight: 0.0 }
     }
@@ -128,6 +140,10 @@ impl Section {
     }
 }
 
+/// Of a first piece to the longest side of its triangle: shorter ones are rounding, and have no direction. A plane cuts them off over a
+/// corner that it passes through.
+const LEAST_PIECE: f64 = 1e-9;
+
 /// The starting point as a point of the triangle in which the walk starts, and the exit from that on the way forward.
 ///
 /// It is the point's own triangle, unless the point lies on a corner or an edge, up to rounding, and the way forward is
@@ -142,7 +158,7 @@ fn leave_start(
     let behind_and_ahead =
         |[one, two]: [Crossing; 2]| if along(&one) < along(&two) { (one, two) } else { (two, one) };
     let own = section.crossings(field, start.triangle).map(|pair| behind_and_ahead(pair).1);
-    if let Some(exit) = own.filter(|exit| along(exit) > 0.0) {
+    if let Some(exit) = own.filter(|exit| along(exit) > LEAST_PIECE * longest_side(field, start.triangle)) {
         return Some((start, exit));
     }
     let corner = (0..3).max_by(|&a, &b| start.barycentric[a].total_cmp(&start.barycentric[b]))?;

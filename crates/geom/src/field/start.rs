@@ -50,6 +50,13 @@ impl Start {
         Some(Self { point, normal, cosine, w, section })
     }
 
+    /// The ray in the same plane that comes in at another cosine; one without a plane stays as it is.
+    pub fn at_cosine(&self, cosine: f64) -> Self {
+        let Some(section) = &self.section else { return *self };
+        let w = self.normal * cosine - section.forward * (1.0 - cosine * cosine).sqrt();
+        Self { cosine, w, ..*self }
+    }
+
     /// Curvature along the ray (Kuznetsov et al. 2022, eqs. 1 and 4).
     pub fn along(&self, field: &CurvatureField<'_>) -> f64 {
         field.kappa_along(self.point, self.w).expect("a corner has an estimate")

@@ -10,8 +10,7 @@ use osculate_geom::reference::Shape;
 
 use super::checker::Checker;
 use super::file::{
-    LightSection, LoadRequest, LoadedMesh, MaterialSection, MeshLoader, MeshSection, MeshSource, SceneFile,
-    SceneFileError,
+    LightSection, LoadRequest, LoadedMesh, MeshLoader, MeshSection, MeshSource, SceneFile, SceneFileError,
 };
 use super::instances::{spread, turned};
 use super::silhouette_section::Choice;
@@ -55,8 +54,6 @@ impl SceneFile {
             fov_y: self.camera.fov_y.to_radians(),
         };
         let mut scene = Scene::preview(objects, &preview);
-        let asks = self.material.values().any(MaterialSection::asks);
-        scene.filter = self.filter(asks);
         scene.exposure = check.finite("image.exposure", self.image.exposure)?;
         if !self.light.is_empty() || self.environment.is_some() {
             scene.objects.pop();
@@ -159,9 +156,9 @@ impl SceneFile {
             translation: check.point(&key("translate"), section.translate)?,
         };
         let shell = chosen.and_then(|m| m.micro.as_ref()).and_then(|choice| choice.shell(scale));
-        let filter = self.filter(shell.is_some());
+        let (filter, is_named) = (self.filter(shell.is_some()), self.curvature.filter.is_some());
         let mut loaded =
-            load_mesh(check, index, section, load, |source| LoadRequest { source, shell, filter })?;
+            load_mesh(check, index, section, load, |source| LoadRequest { source, shell, filter, is_named })?;
         let surface = match chosen {
             None => SurfaceSource::Mesh,
             Some(SceneMaterial { material, micro: None }) => SurfaceSource::Material(material.clone()),

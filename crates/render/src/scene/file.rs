@@ -276,6 +276,8 @@ pub struct LoadRequest<'a> {
     pub shell: Option<Shell>,
     /// The scene's choice of a filter, with its default resolved.
     pub filter: FilterKind,
+    /// Whether the scene names it. If not, a table may stand in for it.
+    pub is_named: bool,
 }
 
 /// Where a mesh comes from.

@@ -50,8 +50,6 @@ pub struct Scene {
     pub environment: Environment,
     /// Exposure in stops for pictures of 8 bits: colours are multiplied by 2 to this power.
     pub exposure: f32,
-    /// What the objects' fields filter curvature by; the fields do it, this is for the plan.
-    pub filter: FilterKind,
 }
 
 /// A mesh in the scene.
@@ -106,6 +104,11 @@ pub trait DirectionalCurvature: std::fmt::Debug + Send + Sync {
 
     /// What the filter makes of a ray that comes from `direction`.
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature>;
+
+    /// Which filter it is, for the plan; [`FilterKind::Point`] for what does not look past the point.
+    fn filter(&self) -> FilterKind {
+        FilterKind::Point
+    }
 }
 
 /// What a filter makes of a ray, in the mesh's own units.
@@ -236,6 +239,11 @@ impl MeshInstance {
     pub(crate) fn world_positions(&self) -> impl Iterator<Item = Vec3> + '_ {
         let points = self.mesh.positions().iter();
         points.map(|p| self.placement.world_from_object(osculate_geom::rays::to_f32(p)))
+    }
+
+    /// Whether its curvature comes from a filter that looks past the point.
+    pub(crate) fn filters(&self) -> bool {
+        self.field.as_ref().is_some_and(|field| field.filter() != FilterKind::Point)
     }
 
     /// Corners of the bounding box in the world, or `None` without vertices.

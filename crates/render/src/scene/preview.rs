@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::Vec3;
-use osculate_geom::field::FilterKind;
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 
 use super::{Material, MeshInstance, Placement, Role, Scene, SurfaceSource};
@@ -62,16 +61,7 @@ impl Scene {
         ];
         let image = EnvironmentImage::from_fn(64, 32, |w| studio_gradient(w, back));
         let environment = Environment::Image { image: Arc::new(image), intensity: 1.0, rotation: 0.0 };
-        Self {
-            camera,
-            width,
-            height,
-            objects,
-            lights,
-            environment,
-            exposure: 0.0,
-            filter: FilterKind::default(),
-        }
+        Self { camera, width, height, objects, lights, environment, exposure: 0.0 }
     }
 }
 

@@ -114,12 +114,6 @@ impl MaterialSection {
         })
     }
 
-    /// Whether the section asks for curvature along rays.
-    pub(super) fn asks(&self) -> bool {
-        use MaterialForm::{March, Neural, Oracle};
-        matches!(self.micro_form(), Some(Neural | Oracle | March))
-    }
-
     /// Reads the model or the microstructure that the section names, if any.
     pub(super) fn micro(&self, check: &Checker<'_>, name: &str) -> Result<Option<Choice>, SceneFileError> {
         let key = |k: &str| format!("material.{name}.{k}");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use osculate_geom::Mesh;
 use osculate_geom::curvature::VertexCurvature;
+use osculate_geom::field::FilterKind;
 use serde::{Deserialize, Serialize};
 
 use super::{DirectionalCurvature, RayCurvature};
@@ -68,6 +69,10 @@ impl DirectionalCurvature for Mean {
         }
         (total > 0.0).then(|| RayCurvature { kappa: (sum / total) as f32, uv_rate: None })
     }
+
+    fn filter(&self) -> FilterKind {
+        FilterKind::Point
+    }
 }
 
 /// A field's curvature times a factor.
@@ -85,6 +90,10 @@ impl DirectionalCurvature for Scaled {
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
         let answer = self.field.ask(triangle, barycentrics, direction)?;
         Some(RayCurvature { kappa: self.factor * answer.kappa, ..answer })
+    }
+
+    fn filter(&self) -> FilterKind {
+        self.field.filter()
     }
 }
 

@@ -70,7 +70,6 @@ pub fn scene(objects: Vec<MeshInstance>, size: u32, position: Vec3, target: Vec3
         lights: Vec::new(),
         environment: Environment::Black,
         exposure: 0.0,
-        filter: osculate_geom::field::FilterKind::default(),
     }
 }
 

@@ -144,7 +144,6 @@ fn seen(objects: Vec<MeshInstance>, lights: Vec<Light>, environment: Environment
         lights,
         environment,
         exposure: 0.0,
-        filter: Filter::Point.kind(),
     };
     Case { scene, max_depth: 4, is_exact: true }
 }
@@ -215,7 +214,6 @@ fn stones(form: &Form, filter: Filter) -> Case {
         stones.placement.rotation = Mat3::from_rotation_x(-std::f32::consts::FRAC_PI_2);
     }
     let mut case = seen(vec![stones], vec![sun()], SKY);
-    case.scene.filter = kind;
     // A walk over a plane finds the rate of its UV again, but for rounding.
     case.is_exact = !(matches!(form, Form::Bent(0.0)) && kind == FilterKind::Chord);
     case
@@ -278,5 +276,9 @@ impl DirectionalCurvature for Field {
         let answer = self.filter.ask(&self.field, &query)?;
         let uv_rate = answer.uv_rate.map(|rate| rate.map(|q| q as f32));
         Some(RayCurvature { kappa: answer.kappa as f32, uv_rate })
+    }
+
+    fn filter(&self) -> FilterKind {
+        self.filter.kind()
     }
 }

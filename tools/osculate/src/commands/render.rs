@@ -219,6 +219,27 @@ fn stop_rule(args: &RenderArgs) -> StopRule {
     }
 }
 
+/// Samples that a mesh of a scene may expect: a share of the picture's, as far as they are known before.
+fn samples(args: &RenderArgs, content: &Content, file: &SceneFile) -> u64 {
+    /// What `--noise` is taken for, which may stop anywhere.
+    const USUAL: u32 = 64;
+    /// Of one thread: between what simple and demanding scenes take.
+    const PER_SECOND: f64 = 5e5;
+    if let Content::Quantity(_) = content {
+        return 0;
+    }
+    let pixels = u64::from(file.image.width) * u64::from(file.image.height);
+    let all = match stop_rule(args) {
+        StopRule::Samples(samples) => pixels * u64::from(samples),
+        StopRule::Noise { .. } => pixels * u64::from(USUAL),
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rough number")]
+        StopRule::Time(time) => {
+            (time.as_secs_f64() * PER_SECOND * rayon::current_num_threads() as f64) as u64
+        }
+    };
+    all / file.mesh.len().max(1) as u64
+}
+
 fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scene> {
     let path = &args.input;
     if let Some(form) = args.form.filter(|_| output::extension(path) != "toml") {
@@ -231,12 +252,12 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
     if output::extension(path) != "toml" {
         let (filter, walk) =
             (args.filter.map_or_else(FilterKind::default, FilterKind::from), args.length.walk());
-        let request = LoadRequest { source: MeshSource::File(path), shell: None, filter };
-        let LoadedMesh { mesh, curvature, field } = load_mesh(&request, args, content, walk, console)?;
+        let request = LoadRequest { source: MeshSource::File(path), shell: None, filter, is_named: true };
+        let LoadedMesh { mesh, curvature, field } = load_mesh(&request, args, content, walk, 0, console)?;
         let object = MeshInstance { curvature, field, ..MeshInstance::new(mesh) };
         let mut options = PreviewOptions::default();
         options.size = args.size.unwrap_or(options.size);
-        return Ok(Scene { filter, ..Scene::preview(vec![object], &options) });
+        return Ok(Scene::preview(vec![object], &options));
     }
     let shown = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| shown.clone())?;
@@ -254,8 +275,9 @@ fn scene(args: &RenderArgs, content: &Content, console: &Console) -> Result<Scen
     // The arguments come before the scene file.
     file.curvature.filter = args.filter.map(FilterKind::from).or(file.curvature.filter);
     let walk = args.length.walk().or(file.curvature.walk());
+    let samples = samples(args, content, &file);
     let mut load = |request: &LoadRequest<'_>| {
-        load_mesh(request, args, content, walk, console).map_err(|error| format!("{error:#}").into())
+        load_mesh(request, args, content, walk, samples, console).map_err(|error| format!("{error:#}").into())
     };
     Ok(file.build(path, &mut load)?)
 }

@@ -204,7 +204,6 @@ impl Subject {
             lights: vec![sun],
             environment: Environment::Constant(Vec3::new(0.35, 0.38, 0.45)),
             exposure: 0.0,
-            filter: FilterKind::Chord,
         };
         Ok((scene, cost))
     }
@@ -231,6 +230,8 @@ impl Subject {
                 (Arc::clone(&self.mesh), material, Some(field))
             }
         };
+        // All of a table, so that it is what stands in the costs; rendering makes what rays meet.
+        field.iter().for_each(OwnedField::fill_table);
         let table_bytes = field.as_ref().map_or(0, OwnedField::table_bytes);
         let (surface, field) = (SurfaceSource::Material(material), field.map(OwnedField::shared));
         Ok((MeshInstance { surface, field, ..MeshInstance::new(mesh) }, table_bytes))

@@ -1,13 +1,12 @@
 //! [`Query`]: what is known of a ray and its section so far, and what a look at the section makes of it.
 
 use super::curve::{Curve, Integrated, Planar, length};
-use super::lift::{Patch, lift_on_side};
+use super::stride::StrideWalk;
+use super::way::{SectionPoint, Way};
 use super::{Chord, Reach};
 use crate::Vec3;
-use crate::field::section::{Piece, SideEnd, Stop};
+use crate::field::section::Stop;
 use crate::field::start::{Start, StartSection};
-use crate::field::stride::StrideWalk;
-use crate::field::surface_field::CurvatureField;
 
 /// Whether a look at the section may be turned down for what it may have missed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,9 +40,7 @@ pub(super) struct End {
     above: f64,
 }
 
-pub(super) struct Query<'a, 'f> {
-    field: &'a CurvatureField<'f>,
-    plane_normal: Vec3,
+pub(super) struct Query {
     origin: Vec3,
     /// Unit vectors along the ray and across it, away from the material.
     ray: Vec3,
@@ -63,32 +60,21 @@ pub(super) struct Query<'a, 'f> {
     looks: u32,
 }
 
-impl<'a, 'f> Query<'a, 'f> {
-    pub fn new(
-        field: &'a CurvatureField<'f>,
-        start: &Start,
-        at: &StartSection,
-        piece: &Piece,
-        reach: Reach,
-    ) -> Self {
-        let n = start.normal;
-        let patch = Patch::new(field, piece.from.triangle);
-        let tangent = patch.lifted_tangent(n, piece).unwrap_or(at.forward);
-        // The plane normal is `n x forward`, so crossing it with the tangent gives the outward side.
-        let up = tangent.cross(&at.plane.normal);
+impl Query {
+    pub fn new(way: &Way<'_, '_>, start: &Start, at: &StartSection, reach: Reach) -> Self {
+        let Way { tangent, up, origin, side, .. } = *way;
         let (cosine, sine) = (start.cosine, (1.0 - start.cosine * start.cosine).max(0.0).sqrt());
         let (ray, across) = (tangent * sine - up * cosine, tangent * cosine + up * sine);
+        let n = start.normal;
         Self {
-            field,
-            plane_normal: at.plane.normal,
-            origin: at.plane.origin + n * patch.lift(piece.from.barycentric),
+            origin,
             ray,
             across,
             cosine,
             sine,
             reach,
             start_kappa: at.kappa,
-            side: patch.longest_side,
+            side,
             integrated: Integrated::default(),
             lifted: [0.0; 2],
             last: Planar { t: 0.0, above: 0.0, normal: [n.dot(&ray), n.dot(&across)], kappa: at.kappa },
@@ -108,9 +94,9 @@ impl<'a, 'f> Query<'a, 'f> {
     }
 
     /// Goes on to the end of a piece.
-    pub fn look(&mut self, position: &Vec3, ends: &[SideEnd; 2], rejects: Rejects) -> Look {
+    pub fn look(&mut self, point: &SectionPoint, rejects: Rejects) -> Look {
         let is_first = self.looks == 0;
-        let (from, mut to) = (self.last, self.planar(position, ends));
+        let (from, mut to) = (self.last, self.planar(point));
         let before = self.last_passed;
         let lifted = [to.t, to.above];
         let span = length(lifted[0] - self.lifted[0], lifted[1] - self.lifted[1]);
@@ -222,38 +208,14 @@ impl<'a, 'f> Query<'a, 'f> {
         (curve.to.t >= most).then_some((1.0, Stop::Length))
     }
 
-    /// Where the piece leaves its triangle.
-    fn planar(&self, position: &Vec3, ends: &[SideEnd; 2]) -> Planar {
-        let (mut sum, mut kappa, mut weight) = (Vec3::zeros(), 0.0, 0.0);
-        for end in ends {
-            let bend = self.field.bend(end.vertex);
-            if bend.is_known {
-                sum += bend.normal() * end.weight;
-                kappa += bend.section(&self.plane_normal) * end.weight;
-                weight += end.weight;
-            }
-        }
-        let sum = if sum == Vec3::zeros() { self.across } else { sum };
-        let in_plane = sum - self.plane_normal * self.plane_normal.dot(&sum);
-        let kappa = kappa / (weight * self.field.bend_scale());
-        let (whole, inside) = (sum.norm(), in_plane.norm());
-        // A section that grazes the surface runs along it: the lift's way to the patch within the plane has no limit there.
-        let lift = lift_on_side(self.field, ends);
-        let (unit, lift, per_sine) = if inside > LEAST_SINE * whole {
-            let inverse = 1.0 / inside;
-            let per_sine = whole * inverse;
-            (in_plane * inverse, lift * per_sine, per_sine)
-        } else {
-            let unit = in_plane.try_normalize(0.0).unwrap_or(self.across);
-            (unit, lift * (inside / whole) / (LEAST_SINE * LEAST_SINE), 1.0 / LEAST_SINE)
-        };
-        let p = position + unit * lift - self.origin;
+    /// In the frame of the ray.
+    fn planar(&self, point: &SectionPoint) -> Planar {
+        let (p, unit) = (point.position - self.origin, &point.normal);
         Planar {
             t: self.ray.dot(&p),
             above: self.across.dot(&p),
-            normal: [self.ray.dot(&unit), self.across.dot(&unit)],
-            // Meusnier: a section that cuts the surface askew is bent more than the surface.
-            kappa: if weight > 0.0 { kappa * per_sine } else { self.last.kappa },
+            normal: [self.ray.dot(unit), self.across.dot(unit)],
+            kappa: point.kappa.unwrap_or(self.last.kappa),
         }
     }
 
@@ -264,7 +226,7 @@ impl<'a, 'f> Query<'a, 'f> {
         End { stop, kappa: (self.looks == 1).then_some(first), at, above: self.last.above }
     }
 
-    pub fn finish(&self, end: End, walk: &StrideWalk<'_, '_>) -> Chord {
+    pub fn finish(&self, end: End, walk: &StrideWalk<'_, '_, '_>) -> Chord {
         let (c, s) = (self.cosine, self.sine);
         let t = end.at.t;
         let is_exit = end.stop == Stop::Exit;
@@ -291,9 +253,6 @@ impl<'a, 'f> Query<'a, 'f> {
         Chord { kappa, t_exit, uv_rate, length: end.at.arc, crossings: walk.crossings(), stop: end.stop }
     }
 }
-
-/// Sine between section plane and surface below which the lift is not followed further: the root of 1 / 20.
-const LEAST_SINE: f64 = 0.223_606_797_749_979;
 
 /// Arc length from the origin to `(x, z)` on the circle that touches the x axis there.
 fn arc_over(x: f64, z: f64) -> f64 {

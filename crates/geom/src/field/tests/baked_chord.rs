@@ -107,6 +107,29 @@ fn curved_and_flat_surfaces_have_nothing_to_add() {
 }
 
 #[test]
+fn tables_on_demand_answer_alike_and_follow_no_more_chords_than_they_must() {
+    let mesh = torus();
+    let field = estimated(&mesh);
+    let whole = BakedChord::new(&field, 8, SHELL);
+    let some = Arc::new(BakedChord::on_demand(&field, 8, SHELL));
+    assert_eq!((whole.known(), some.known()), (60 * 30, 0));
+    let [whole_filter, some_filter] = [Arc::new(whole.clone()), Arc::clone(&some)].map(Filter::BakedChord);
+    let mut met = std::collections::HashSet::new();
+    let empty = some.bytes();
+    for query in spread_queries(&field, 100, SHELL) {
+        assert_eq!(some_filter.ask(&field, &query), whole_filter.ask(&field, &query));
+        met.extend(field.surface().triangles()[query.point.triangle]);
+        assert_eq!(some.known(), met.len());
+    }
+    assert!(met.len() < 400);
+    let row = (some.bytes() - empty) / met.len();
+    // 8 azimuths, 6 elevations and 3 numbers of 16 bits, and what a vertex keeps beside them.
+    assert!((288..320).contains(&row), "{row}");
+    some.fill(&field);
+    assert!(*some == whole);
+}
+
+#[test]
 fn tables_are_the_same_bits_for_any_number_of_threads() {
     let mesh = bumpy_sphere();
     let field = estimated(&mesh);

@@ -78,6 +78,41 @@ fn check_degenerate(field: &CurvatureField<'_>, filter: &Filter, point: SurfaceP
     }
 }
 
+/// Over a corner on a boundary the section plane cuts off pieces that are nothing, or rounding. Their chords have no direction.
+#[test]
+fn rays_out_of_the_mesh_have_no_rate_or_go_forward() {
+    let flat = shapes::plane(12, 12);
+    let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, 2.0);
+    let turned = flat.positions().iter().map(|p| turn * p).collect();
+    let turned = Mesh::new(turned, flat.triangles().to_vec()).unwrap();
+    // UVs are x and y before the turn.
+    let turned = turned.with_uv_set(flat.uv_sets()[0].clone()).unwrap();
+    for (mesh, turn) in [(&flat, nalgebra::Rotation3::identity()), (&turned, turn)] {
+        let field = estimated(mesh);
+        let table = Filter::BakedChord(Arc::new(BakedChord::new(&field, 16, DEEP)));
+        let rays =
+            (0..mesh.triangles().len()).flat_map(|t| (0..64).map(move |k| (t, TAU * f64::from(k) / 64.0)));
+        let (mut outside, mut inside) = (0, 0);
+        for (triangle, azimuth) in rays {
+            let forward = Vec3::new(azimuth.cos(), azimuth.sin(), 0.0);
+            let w = turn * Vec3::new(-forward.x, -forward.y, 0.3);
+            let query = FilterQuery { point: vertex(triangle), w, length: DEEP };
+            for filter in [&Filter::Chord, &table] {
+                let answer = filter.ask(&field, &query).unwrap();
+                assert!(answer.kappa.abs() < 1e-9, "{triangle} {azimuth}: {answer:?}");
+                let Some([u, v]) = answer.uv_rate else {
+                    outside += 1;
+                    continue;
+                };
+                inside += 1;
+                let off = (u - forward.x).hypot(v - forward.y);
+                assert!(off < 1e-4, "{triangle} {azimuth}: {answer:?}");
+            }
+        }
+        assert!(outside > 100 && inside > 10 * outside, "{outside} {inside}");
+    }
+}
+
 #[test]
 fn without_estimates_there_is_no_answer() {
     let mesh = shapes::plane(4, 4);

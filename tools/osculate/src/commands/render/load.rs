@@ -5,7 +5,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, anyhow, bail};
 use osculate_geom::bake::BakeOptions;
 use osculate_geom::curvature::estimate;
-use osculate_geom::field::{FilterKind, WalkLength};
+use osculate_geom::field::{BakedChord, FilterKind, WalkLength};
 use osculate_geom::mesh::Surface;
 use osculate_geom::reference::{Axis, Shape};
 use osculate_geom::{Mesh, shapes};
@@ -16,19 +16,19 @@ use crate::console::Console;
 use crate::field::OwnedField;
 use crate::input::{self, Input};
 
-/// Reads or makes a mesh.
+/// Reads or makes a mesh, of which the picture takes about so many samples.
 pub(super) fn load_mesh(
     request: &LoadRequest<'_>,
     args: &RenderArgs,
     content: &Content,
     walk: Option<WalkLength>,
+    samples: u64,
     console: &Console,
 ) -> Result<LoadedMesh> {
     let shown = match request.source {
         MeshSource::File(path) => path.display().to_string(),
         MeshSource::Shape(shape) => shape.to_string(),
     };
-    let kind = request.filter;
     let no_table = || {
         anyhow!("{shown}: holds no baked filter; bake it with --filter-azimuths, or choose another --filter")
     };
@@ -48,6 +48,7 @@ pub(super) fn load_mesh(
             bail!("{shown}: is baked already, so --method and its like have no effect; leave them out")
         }
         Input::Baked(baked) => {
+            let kind = filter(request, samples, baked.mesh());
             let field = if needs_filter {
                 Some(OwnedField::of_baked(&baked, kind, walk_on(baked.mesh())).ok_or_else(no_table)?.shared())
             } else {
@@ -68,14 +69,23 @@ pub(super) fn load_mesh(
     };
     let field = match &curvature {
         Some(curvature) if needs_filter => {
-            let _step =
-                (kind == FilterKind::BakedChord).then(|| console.step("following chords from every vertex"));
+            let kind = filter(request, samples, &mesh);
             let field = OwnedField::of_mesh(&mesh, options.weld, curvature, kind, walk_on(&mesh));
             Some(field.ok_or_else(no_table)?.shared())
         }
         _ => None,
     };
     Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: curvature.map(Arc::from), field })
+}
+
+/// The filter to load with: chords that nobody named come from a table where the picture asks often enough.
+fn filter(request: &LoadRequest<'_>, samples: u64, mesh: &Mesh) -> FilterKind {
+    let is_free = request.filter == FilterKind::Chord && !request.is_named;
+    if is_free && BakedChord::pays(samples, mesh.positions().len()) {
+        FilterKind::BakedChord
+    } else {
+        request.filter
+    }
 }
 
 /// The surface with UV that a scene asks for, fine enough that its facets do not show.

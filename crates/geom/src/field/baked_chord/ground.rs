@@ -1,0 +1,50 @@
+//! [`Ground`]: UV rates as ways along a triangle, so that a table's hold in every chart.
+
+use crate::Vec3;
+use crate::field::start::StartSection;
+use crate::field::surface_field::CurvatureField;
+
+/// A triangle in the axes of a ray: the way it goes in the triangle's plane, and to the side of that.
+pub(super) struct Ground {
+    /// UV per length along both.
+    uv_from_axes: [[f64; 2]; 2],
+}
+
+impl Ground {
+    /// `None` without UVs, and for triangles without area.
+    pub fn new(field: &CurvatureField<'_>, triangle: usize, at: &StartSection) -> Option<Self> {
+        let uvs = field.corner_uvs(triangle)?;
+        let [a, b, c] = field.surface().corners(triangle);
+        let edges = [b - a, c - a];
+        let normal = edges[0].cross(&edges[1]);
+        let squared = normal.norm_squared();
+        let ahead = at.plane.normal.cross(&normal);
+        // The triangle may be turned over.
+        let ahead = ahead * ahead.dot(&at.forward).signum();
+        let aside = at.plane.normal * squared - normal * normal.dot(&at.plane.normal);
+        let along = |axis: Vec3| {
+            let unit = axis.try_normalize(0.0)?;
+            // Shares of both edges in the unit vector.
+            let shares =
+                [unit.cross(&edges[1]).dot(&normal), edges[0].cross(&unit).dot(&normal)].map(|x| x / squared);
+            let rate =
+                [0, 1].map(|k| shares[0] * (uvs[1][k] - uvs[0][k]) + shares[1] * (uvs[2][k] - uvs[0][k]));
+            rate.iter().all(|x| x.is_finite()).then_some(rate)
+        };
+        Some(Self { uv_from_axes: [along(ahead)?, along(aside)?] })
+    }
+
+    pub fn uv_of(&self, [ahead, aside]: [f64; 2]) -> [f64; 2] {
+        let [one, two] = self.uv_from_axes;
+        [0, 1].map(|k| ahead * one[k] + aside * two[k])
+    }
+
+    /// `None` where UV have no area.
+    pub fn axes_of(&self, uv: [f64; 2]) -> Option<[f64; 2]> {
+        let [one, two] = self.uv_from_axes;
+        let determinant = one[0] * two[1] - one[1] * two[0];
+        let axes =
+            [uv[0] * two[1] - uv[1] * two[0], one[0] * uv[1] - one[1] * uv[0]].map(|x| x / determinant);
+        axes.iter().all(|x| x.is_finite()).then_some(axes)
+    }
+}
