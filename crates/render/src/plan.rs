@@ -192,7 +192,7 @@ pub fn plan(scene: &Scene, max_depth: u32) -> EffectPlan {
             relative_cost: if depth_of_field { 0.02 } else { 0.0 },
         },
         decided("curvature", curvature, 0.1),
-        decided("curvature filter", filter, 0.3),
+        decided("curvature filter", filter, filter_cost(scene)),
     ];
     EffectPlan { decisions, objects, effects }
 }
@@ -207,7 +207,9 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
     if takes == 0 {
         let reason =
             format!("{baked} objects carry curvature, no material asks for it; evaluated for AOVs only");
-        return (Err(reason.clone()), Err(reason));
+        let by = by_filters(filters(&scene.objects));
+        let by = if by.is_empty() { String::new() } else { format!(": by {by}") };
+        return (Err(reason.clone()), Err(format!("{reason}{by}")));
     }
     if told == 0 {
         let reason = "no object whose material asks for curvature carries any but zero".to_owned();
@@ -216,15 +218,34 @@ fn curvature(scene: &Scene, demands: &[Option<Demand>]) -> (Reason, Reason) {
     let reason = format!("asked for by the materials of {takes} objects, {told} of which are bent");
     let is_told = |demand: &Option<Demand>| demand.as_ref().is_some_and(|demand| demand.curvature.is_ok());
     let told = std::iter::zip(&scene.objects, demands).filter(|(_, demand)| is_told(demand));
-    let fields: Vec<FilterKind> =
-        told.filter_map(|(object, _)| object.field.as_ref()).map(|field| field.filter()).collect();
-    let counts = FilterKind::ALL.map(|kind| (kind, fields.iter().filter(|by| **by == kind).count()));
-    let looking = counts.iter().filter(|(kind, count)| *kind != FilterKind::Point && *count > 0);
-    let by: Vec<String> =
-        looking.map(|(kind, count)| format!("`{}`, for {count} objects", kind.name())).collect();
-    let filter =
-        if by.is_empty() { Err("curvature is taken at the point".into()) } else { Ok(by.join("; ")) };
+    let looking = filters(told.map(|(object, _)| object)).filter(|kind| *kind != FilterKind::Point);
+    let by = by_filters(looking);
+    let filter = if by.is_empty() { Err("curvature is taken at the point".into()) } else { Ok(by) };
     (Ok(reason), filter)
+}
+
+/// As in [`Decision::relative_cost`], of the dearest filter.
+fn filter_cost(scene: &Scene) -> f32 {
+    let cost = |kind| match kind {
+        FilterKind::Point => 0.0,
+        FilterKind::Baked | FilterKind::BakedChord => 0.25,
+        FilterKind::March => 0.5,
+        FilterKind::Chord => 0.9,
+    };
+    filters(&scene.objects).map(cost).fold(0.0, f32::max)
+}
+
+/// What the objects' curvature is filtered by.
+fn filters<'a>(objects: impl IntoIterator<Item = &'a MeshInstance>) -> impl Iterator<Item = FilterKind> {
+    objects.into_iter().filter_map(|object| object.field.as_ref()).map(|field| field.filter())
+}
+
+/// Filters by name, with how many objects each is for.
+fn by_filters(filters: impl Iterator<Item = FilterKind>) -> String {
+    let filters: Vec<_> = filters.collect();
+    let counts = FilterKind::ALL.map(|kind| (kind.name(), filters.iter().filter(|by| **by == kind).count()));
+    let used = counts.iter().filter(|(_, count)| *count > 0);
+    used.map(|(name, count)| format!("`{name}` for {count} objects")).collect::<Vec<_>>().join(", ")
 }
 
 fn object_decisions(scene: &Scene, demands: &[Option<Demand>]) -> Vec<ObjectDecision> {

@@ -42,6 +42,38 @@ fn a_material_is_trained_shown_judged_and_rendered() {
     }
 }
 
+/// The torus has some 29,000 vertices: a table pays from 7.3 million samples on.
+#[test]
+fn chords_come_from_a_table_where_that_pays_or_it_is_asked_for() {
+    let w = Workspace::new();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/materials/stone-1.sbtf");
+    let scene = |curvature: &str, told: &str| {
+        format!(
+            "[image]\nwidth = 200\nheight = 100\n[[mesh]]\nshape = 'torus:1,0.45'\nmaterial = 'm'\n[material.m]\nmodel = '{model}'\n\
+             tiles = [6.0, 3.0]\ntile_size = 1.0\n{told}\n[curvature]\n{curvature}\n[environment]\nradiance = [1.0, 1.0, 1.0]\n"
+        )
+    };
+    w.write("free.toml", &scene("", ""));
+    w.write("named.toml", &scene("filter = 'chord'", ""));
+    w.write("mean.toml", &scene("", "curvature = 'mean'"));
+    let filter = |command: &str| {
+        let shown = w.ok(command).stdout;
+        shown.lines().find(|line| line.starts_with("curvature filter")).unwrap().to_owned()
+    };
+    for (command, wanted) in [
+        ("render free.toml --explain --spp 300", "`chord` for 1 objects"),
+        ("render free.toml --explain --spp 400", "`baked_chord` for 1 objects"),
+        ("render free.toml --explain --time 1e4", "`baked_chord` for 1 objects"),
+        ("render free.toml --explain --noise 0.01", "`chord` for 1 objects"),
+        ("render named.toml --explain --spp 100000", "`chord` for 1 objects"),
+        ("render free.toml --explain --spp 1 --filter baked_chord", "`baked_chord` for 1 objects"),
+        ("render mean.toml --explain", "taken at the point"),
+    ] {
+        let shown = filter(command);
+        assert!(shown.contains(wanted), "{command}: {shown}");
+    }
+}
+
 /// Two straps, one above the other, with holes between: its opacity is a share of rays, which `eval` counts.
 #[test]
 fn a_see_through_mesh_is_trained_and_judged_by_its_holes() {

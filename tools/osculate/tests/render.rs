@@ -44,9 +44,9 @@ fn scenes_name_what_is_wrong() {
         format!("{curvature}\n[image]\nwidth = 24\nheight = 16\n[[mesh]]\nfile = \"ball.obj\"\n")
     };
     w.write("chord.toml", &scene("[curvature]\nfilter = \"chord\"\ndepth = 0.1"));
-    w.ok("render chord.toml -o chord.exr --spp 1 --aov kappa_filtered");
-    assert!(w.ok("render chord.toml --explain").stdout.contains("by `chord`"));
-    assert!(w.ok("render chord.toml --explain --filter point").stdout.contains("by `point`"));
+    let show = "render chord.toml -o chord.exr --spp 1 --aov kappa_filtered --explain";
+    assert!(w.ok(show).stdout.contains("by `chord` for 1 objects"));
+    assert!(w.ok(&format!("{show} --filter point")).stdout.contains("by `point` for 1 objects"));
     w.write("deep.toml", &scene("[curvature]\ndepth = -1.0"));
     w.refuses("render deep.toml -o out.png", &["deep.toml", "curvature.depth", "-1"]);
     w.write("both.toml", &scene("[curvature]\ndepth = 1.0\nlength = 2.0"));

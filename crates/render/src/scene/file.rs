@@ -95,7 +95,8 @@ impl Default for CameraSection {
 pub struct CurvatureSection {
     /// What materials with silhouettes are told of a ray's way: `paper` or `chord`. Default: `chord`.
     pub query: QueryForm,
-    /// `point`, `march`, `baked` or `chord`. Default: `chord` for materials with silhouettes that are asked so, else `march`.
+    /// `point`, `march`, `baked`, `chord` or `baked_chord`. Default: `chord` for materials with silhouettes that are asked so, for which
+    /// whoever loads the meshes may take `baked_chord`; else `march`.
     pub filter: Option<FilterKind>,
     /// Depth of the material in world units of the mesh file; the filter looks as far as a ray can be in it. Default: the
     /// depth of a mesh's material with silhouettes, else 2 % of the mesh's diagonal.
