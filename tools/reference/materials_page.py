@@ -1,7 +1,7 @@
 """Writes docs/materials.md: how the shipped materials were trained, and how good they are.
 
     cargo build --release
-    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--deep DIR] [--tables patches,holes,torus,torus-deep,torus-pictures,forms]
+    python tools/reference/materials_page.py [--keep DIR] [--forms DIR] [--deep DIR] [--tables patches,holes,torus,torus-deep,torus-pictures,neumip,paper]
 
 Needs nothing but Python's standard library. Takes a minute or two per material; with --keep it goes on where it stopped. Models of other
 forms to set beside ours, which do not ship, are `DIR/neumip/NAME.sbtf` and `DIR/paper/NAME.sbtf`; without --forms their table is left as it is.
@@ -50,7 +50,7 @@ def row(path, keep):
     provenance = metadata(path)["provenance"]
     training, scores = provenance["training"], provenance["scores"]
     name, relative = path.stem, str(path.relative_to(ROOT))
-    model = report(keep, name, "eval", relative, "--spp", "16")["models"][0]
+    model = report(keep, name, "eval", relative, "--spp", "16", "--pairs", "32")["models"][0]
     small = [s for s in model["silhouettes"] if s["kappa"] < 0.5]
     psnr = " / ".join(f"{a['psnr']:.1f}" for a in model["appearance"])
     flip = " / ".join(f"{a['flip']:.2f}" for a in model["appearance"])
@@ -62,7 +62,7 @@ def row(path, keep):
 def hole_row(path, keep):
     """A row of the table of see-through materials."""
     provenance = metadata(path)["provenance"]
-    model = report(keep, path.stem, "eval", str(path.relative_to(ROOT)), "--spp", "16")["models"][0]
+    model = report(keep, path.stem, "eval", str(path.relative_to(ROOT)), "--spp", "16", "--pairs", "32")["models"][0]
     coverage = [model["coverage"]["all"], *model["coverage"]["by_kappa"]]
     least = min(c["hole_iou"] for c in coverage)
     cells = [path.stem, str(provenance["training"]["opacity_steps"]), f"{provenance['scores']['seconds']:.0f}"]
@@ -73,24 +73,26 @@ def hole_row(path, keep):
 
 
 def form_row(path, keep, forms):
-    """A row of the table of forms: ours beside NeuMIP's pictures and, where there is one, the paper's silhouettes."""
-    others = [forms / form / path.name for form in ("neumip", "paper")]
-    others = [other for other in others if other.exists()]
-    if not others:
+    """A row of the table of NeuMIP's pictures beside ours; `None` without its model."""
+    other = forms / "neumip" / path.name
+    if not other.exists():
         return None
-    relative = str(path.relative_to(ROOT))
-    models = report(keep, f"{path.stem}-forms", "eval", relative, *map(str, others), "--spp", "16")["models"]
-    by_form = {"ours": models[0]}
-    for other, model in zip(others, models[1:]):
-        by_form[other.parent.name] = model
+    ours = str(path.relative_to(ROOT))
+    models = report(keep, f"{path.stem}-neumip", "eval", ours, str(other.absolute()), "--spp", "16", "--pairs", "32")["models"]
     cells = [path.stem]
-    for form in ("ours", "paper"):
-        cells.append(f"{left(by_form[form]['silhouettes']):.3f}" if form in by_form else "")
     for key, digits in [("psnr", 1), ("flip", 2)]:
-        for form in ("ours", "neumip"):
-            values = by_form[form]["appearance"] if form in by_form else []
-            cells.append(" / ".join(f"{value[key]:.{digits}f}" for value in values))
+        cells += [" / ".join(f"{value[key]:.{digits}f}" for value in model["appearance"]) for model in models]
     return "| " + " | ".join(cells) + " |"
+
+
+def paper_row(path, keep, forms):
+    """A row of the table of the paper's form: the share of the silhouette's error that is left, by ours and by it; `None` without its model."""
+    other = forms / "paper" / path.name
+    if not other.exists():
+        return None
+    ours = str(path.relative_to(ROOT))
+    models = report(keep, f"{path.stem}-paper", "eval", ours, str(other.absolute()), "--silhouettes-only")["models"]
+    return "| " + " | ".join([path.stem, *(f"{left(model['silhouettes']):.3f}" for model in models)]) + " |"
 
 
 def torus_row(path, keep, key="torus"):
@@ -127,7 +129,7 @@ def main():
     parser.add_argument("--keep", type=Path, help="keep the reports in this folder, and take those that are there")
     parser.add_argument("--forms", type=Path, help="folder with models of other forms, as above")
     parser.add_argument("--deep", type=Path, help="folder with models of twice the depth, as above")
-    parser.add_argument("--tables", default="patches,holes,torus,torus-deep,torus-pictures,forms", help="which to write")
+    parser.add_argument("--tables", default="patches,holes,torus,torus-deep,torus-pictures,neumip,paper", help="which to write")
     args = parser.parse_args()
     keep = args.keep
     if keep:
@@ -147,13 +149,14 @@ def main():
             tables[key] = [line[0] for line in on_torus]
             mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
             print(f"mean share left, {key}: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
-    if "forms" in wanted and args.forms:
-        rows = [form_row(path, keep, args.forms) for path in solid]
-        tables["forms"] = [row for row in rows if row]
+    for key, form in [("neumip", form_row), ("paper", paper_row)]:
+        if key in wanted and args.forms:
+            rows = [form(path, keep, args.forms) for path in solid]
+            tables[key] = [row for row in rows if row]
     if "torus-pictures" in wanted and args.forms:
         tables["torus-pictures"] = [picture_row(path.absolute(), keep, args.forms) for path in solid]
     text = (ROOT / "docs" / "materials.md").read_text()
-    for key, lines in tables.items():
+    for key, lines in ((key, lines) for key, lines in tables.items() if lines):
         begin, end = f"<!-- {key} -->\n", f"<!-- end of {key} -->"
         head, rest = text.split(begin)
         table, tail = rest.split(end)

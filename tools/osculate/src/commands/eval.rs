@@ -39,13 +39,16 @@ pub struct EvalArgs {
     /// Rays for the silhouette, and for the opacity of see-through models, at each curvature
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(100..))]
     rays: u32,
-    /// Paths per pixel of the exact pictures
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
-    spp: u32,
+    /// Paths per pixel of the exact pictures [default: 16, with --scenes 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Pairs of viewer and light in pictures at each curvature
+    #[arg(long, value_name = "N", default_value_t = AppearanceOptions::default().pairs, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pairs: u32,
     /// Leave out the pictures
     #[arg(long)]
     silhouettes_only: bool,
-    /// Write a sheet of pictures: exact, then each model's, a row for each viewer and light
+    /// Write a sheet of pictures: exact, then each model's, a row for each viewer and light, four per curvature
     #[arg(long, value_name = "FILE.png", conflicts_with = "silhouettes_only")]
     sheet: Option<PathBuf>,
     /// End with exit code 1 unless the first model, with --scenes every one, leaves at most this share of the silhouette's error
@@ -106,7 +109,7 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
         if args.micro.is_some() || args.sheet.is_some() {
             bail!("--micro and --sheet are for comparisons on cylinders; leave them out, or --scenes");
         }
-        let spp = if args.silhouettes_only { 0 } else { args.spp };
+        let spp = if args.silhouettes_only { 0 } else { args.spp.unwrap_or(64) };
         return eval_scenes::run(&args.scenes, &args.models, spp, args.require, console, reporter);
     }
     if let Some(path) = &args.sheet {
@@ -114,12 +117,16 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
     }
     let files = args.models.iter().map(|path| Ok(ModelFile::read(path)?)).collect::<Result<Vec<_>>>()?;
     let micro = microstructure(args, &files, console)?;
-    let oracle = Oracle::new(&micro, OracleOptions { samples: args.spp, ..Default::default() });
+    let oracle = Oracle::new(&micro, OracleOptions { samples: args.spp.unwrap_or(16), ..Default::default() });
     let materials: Vec<Material> = files.iter().map(|file| Material::new(&file.model)).collect();
     let depth = micro.geometry.depth();
     let mut models = Vec::new();
-    let mut pictures = Vec::new();
-    for (path, material) in args.models.iter().zip(&materials) {
+    let pictures = if args.silhouettes_only {
+        vec![Vec::new(); materials.len()]
+    } else {
+        compare(&oracle, &materials, args.pairs, console)
+    };
+    for ((path, material), pairs) in args.models.iter().zip(&materials).zip(&pictures) {
         let scores = {
             let _step = console.step("comparing silhouettes");
             let options = SilhouetteOptions { rays: args.rays, ..Default::default() };
@@ -129,19 +136,18 @@ pub fn run(args: &EvalArgs, console: &Console, reporter: &Reporter) -> Result<Ou
             let _step = console.step("comparing opacities");
             cover(&oracle, material, args.rays)
         });
-        let pairs = if args.silhouettes_only { Vec::new() } else { compare(&oracle, material, console) };
         models.push(ModelReport {
             model: path.display().to_string(),
             left: total(&scores).left(),
             silhouettes: scores,
             coverage,
-            appearance: appearance_scores(&pairs, AppearanceOptions::default().size as usize),
+            appearance: appearance_scores(pairs, AppearanceOptions::default().size as usize),
         });
-        pictures.push(pairs);
     }
     if let Some(path) = &args.sheet {
         let size = AppearanceOptions::default().size;
-        write_png(path, &sheet(&pictures, size as usize)).with_context(|| path.display().to_string())?;
+        let shown: Vec<Vec<&Pair>> = pictures.iter().map(|pairs| some_of_each(pairs)).collect();
+        write_png(path, &sheet(&shown, size as usize)).with_context(|| path.display().to_string())?;
         console.result(format_args!("wrote {}", path.display()));
     }
     print(&models, console);
@@ -220,9 +226,21 @@ fn cover(oracle: &dyn SilhouetteBtf, material: &Material, rays: u32) -> Coverage
     }
 }
 
-fn compare(oracle: &dyn SilhouetteBtf, material: &Material, console: &Console) -> Vec<Pair> {
+fn compare(
+    oracle: &dyn SilhouetteBtf,
+    materials: &[Material],
+    pairs: u32,
+    console: &Console,
+) -> Vec<Vec<Pair>> {
     let _step = console.step("comparing pictures");
-    appearance_pairs(oracle, material, &AppearanceOptions::default())
+    let tests: Vec<&dyn SilhouetteBtf> = materials.iter().map(|material| material as _).collect();
+    appearance_pairs(oracle, &tests, &AppearanceOptions { pairs, ..AppearanceOptions::default() })
+}
+
+/// The first few pairs of each curvature, which fit on a page.
+fn some_of_each(pairs: &[Pair]) -> Vec<&Pair> {
+    const FEW: usize = 4;
+    pairs.chunk_by(|a, b| a.kappa == b.kappa).flat_map(|alike| alike.iter().take(FEW)).collect()
 }
 
 fn print(models: &[ModelReport], console: &Console) {

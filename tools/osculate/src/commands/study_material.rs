@@ -67,6 +67,7 @@ pub fn run(args: &MaterialArgs, console: &Console, reporter: &Reporter) -> Resul
         batch: if args.quick { 2048 } else { 16_384 },
         rays: if args.quick { 2_000 } else { 30_000 },
         size: if args.quick { 24 } else { 64 },
+        pairs: if args.quick { 2 } else { 16 },
         seed: args.seed,
     };
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;

@@ -8,7 +8,7 @@ use osculate_sbtf::evaluate::Pair;
 const GAP: usize = 4;
 
 /// One row for each viewer and light, the exact picture first, then one column per model. All models have the same rows.
-pub fn sheet(models: &[Vec<Pair>], size: usize) -> Picture {
+pub fn sheet(models: &[Vec<&Pair>], size: usize) -> Picture {
     let rows = models.first().map_or(0, Vec::len);
     let columns = models.len() + 1;
     let (width, height) = (columns * (size + GAP), rows * (size + GAP));

@@ -52,6 +52,8 @@ pub struct Effort {
     pub rays: u32,
     /// Pixels along a side of the pictures.
     pub size: u32,
+    /// Pictures per curvature.
+    pub pairs: u32,
     /// Where all random choices come from.
     pub seed: u64,
 }
@@ -99,8 +101,10 @@ fn judge(model: &Model, precision: Precision, oracle: &Oracle, effort: &Effort) 
     let material = Material::new(&stored);
     let rays = SilhouetteOptions { rays: effort.rays, ..SilhouetteOptions::default() };
     let left = total(&silhouettes(oracle, &material, model.architecture.depth, &rays)).left();
-    let pictures = AppearanceOptions { size: effort.size, pairs: 2, ..AppearanceOptions::default() };
-    let scores = appearance_scores(&appearance_pairs(oracle, &material, &pictures), effort.size as usize);
+    let pictures =
+        AppearanceOptions { size: effort.size, pairs: effort.pairs, ..AppearanceOptions::default() };
+    let pairs = appearance_pairs(oracle, &[&material], &pictures).concat();
+    let scores = appearance_scores(&pairs, effort.size as usize);
     let count = scores.len().max(1) as f64;
     let (batched, single) = nanoseconds(&material, model.architecture.kappa_range);
     Row {
