@@ -42,7 +42,7 @@ fn a_material_is_trained_shown_judged_and_rendered() {
     }
 }
 
-/// The torus has some 29,000 vertices: a table pays from 7.3 million samples on.
+/// The torus has some 29,000 vertices: a table pays from 5.8 million samples on.
 #[test]
 fn chords_come_from_a_table_where_that_pays_or_it_is_asked_for() {
     let w = Workspace::new();
@@ -61,8 +61,8 @@ fn chords_come_from_a_table_where_that_pays_or_it_is_asked_for() {
         shown.lines().find(|line| line.starts_with("curvature filter")).unwrap().to_owned()
     };
     for (command, wanted) in [
-        ("render free.toml --explain --spp 300", "`chord` for 1 objects"),
-        ("render free.toml --explain --spp 400", "`baked_chord` for 1 objects"),
+        ("render free.toml --explain --spp 280", "`chord` for 1 objects"),
+        ("render free.toml --explain --spp 300", "`baked_chord` for 1 objects"),
         ("render free.toml --explain --time 1e4", "`baked_chord` for 1 objects"),
         ("render free.toml --explain --noise 0.01", "`chord` for 1 objects"),
         ("render named.toml --explain --spp 100000", "`chord` for 1 objects"),

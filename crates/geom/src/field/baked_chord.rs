@@ -9,7 +9,7 @@
 //! its step in elevation.
 
 mod ground;
-mod row;
+mod spoke;
 
 use std::sync::OnceLock;
 
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use ground::Ground;
-use row::Row;
+use spoke::Spoke;
 
 use super::azimuths::{Around, Between, FirstTriangles, over_corners};
 use super::baked::quantile;
@@ -31,8 +31,6 @@ use super::walk_length::WalkLength;
 const VALUES: usize = 3;
 /// Elevations that are kept; the one after them, normal incidence, has zeros.
 const ELEVATIONS: usize = 6;
-/// Numbers per vertex and azimuth.
-const WIDTH: usize = ELEVATIONS * VALUES;
 
 /// For every surface vertex, what chords add in a number of directions and elevations to the curvature and the UV rate at the vertex.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,8 +38,8 @@ pub struct BakedChord {
     azimuths: usize,
     walk: WalkLength,
     first: FirstTriangles,
-    /// Per surface vertex, once it was asked for.
-    rows: Vec<OnceLock<Row>>,
+    /// Per surface vertex, once it was asked for: per azimuth, once that was.
+    vertices: Vec<OnceLock<Box<[OnceLock<Spoke>]>>>,
 }
 
 /// How far a table is from the chords that it replaces.
@@ -78,8 +76,8 @@ impl BakedChord {
         table
     }
 
-    /// The same, but chords around a vertex are followed when it is asked for first: vertices that no ray meets cost nothing. Answers are the
-    /// same bits. `field` must be the one that the table is asked with.
+    /// The same, but chords from a vertex in a direction are followed when they are asked for first: where no ray goes costs nothing. Answers
+    /// are the same bits. `field` must be the one that the table is asked with.
     ///
     /// # Panics
     ///
@@ -87,30 +85,34 @@ impl BakedChord {
     #[must_use]
     pub fn on_demand(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> Self {
         assert!(azimuths > 0, "a table of no azimuths");
-        let rows = field.surface().positions().iter().map(|_| OnceLock::new()).collect();
-        Self { azimuths, walk, first: FirstTriangles::new(field), rows }
+        let vertices = field.surface().positions().iter().map(|_| OnceLock::new()).collect();
+        Self { azimuths, walk, first: FirstTriangles::new(field), vertices }
     }
 
-    /// Follows the chords around all vertices that have not been asked for, in parallel. `field` must be that of all other questions.
+    /// Follows all chords that have not been asked for, in parallel. `field` must be that of all other questions.
     pub fn fill(&self, field: &CurvatureField<'_>) {
-        (0..self.rows.len()).into_par_iter().for_each(|vertex| {
-            self.row(field, vertex);
+        (0..self.vertices.len()).into_par_iter().for_each(|vertex| {
+            (0..self.azimuths).for_each(|azimuth| {
+                self.spoke(field, vertex, azimuth);
+            });
         });
+    }
+
+    fn spoke(&self, field: &CurvatureField<'_>, vertex: usize, azimuth: usize) -> &Spoke {
+        let unknown = || (0..self.azimuths).map(|_| OnceLock::new()).collect();
+        self.vertices[vertex].get_or_init(unknown)[azimuth].get_or_init(|| {
+            let around = Around::vertex(field, &self.first, vertex);
+            let angle = std::f64::consts::TAU * azimuth as f64 / self.azimuths as f64;
+            Spoke::new(field, around.as_ref(), angle, self.walk)
+        })
     }
 
     /// Whether so many questions about a mesh with so many vertices are answered sooner with a table on demand than by walks.
     #[must_use]
     pub fn pays(questions: u64, vertices: usize) -> bool {
-        /// Rows of the vertices that are met take as long as this many walks per vertex save.
-        const PER_VERTEX: u64 = 250;
+        /// What rays ask for of a table takes as long as this many of them per vertex save.
+        const PER_VERTEX: u64 = 200;
         questions >= PER_VERTEX * vertices as u64
-    }
-
-    fn row(&self, field: &CurvatureField<'_>, vertex: usize) -> &Row {
-        self.rows[vertex].get_or_init(|| {
-            let around = Around::vertex(field, &self.first, vertex);
-            Row::new(field, around.as_ref(), self.azimuths, self.walk)
-        })
     }
 
     /// Directions per vertex.
@@ -125,17 +127,18 @@ impl BakedChord {
         self.walk
     }
 
-    /// Vertices around which chords have been followed.
+    /// Pairs of vertex and direction in which chords have been followed.
     #[must_use]
     pub fn known(&self) -> usize {
-        self.rows.iter().filter(|row| row.get().is_some()).count()
+        let spokes = self.vertices.iter().filter_map(OnceLock::get).flatten();
+        spokes.filter(|spoke| spoke.get().is_some()).count()
     }
 
     /// Bytes that it takes by now.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let known = self.rows.iter().filter_map(OnceLock::get).map(Row::bytes).sum::<usize>();
-        self.rows.len() * (size_of::<OnceLock<Row>>() - size_of::<Row>()) + self.first.bytes() + known
+        let spokes = self.vertices.iter().filter_map(OnceLock::get).map(|spokes| size_of_val(&**spokes));
+        size_of_val(&*self.vertices) + self.first.bytes() + spokes.sum::<usize>()
     }
 
     /// Curvature of the ray's circle, and its mean UV rate if the field has UVs.
@@ -144,7 +147,9 @@ impl BakedChord {
         let level = Level::of(start.cosine);
         let added = over_corners(field, start.point, |vertex, principal| {
             let between = Between::new(principal, &at.forward, self.azimuths);
-            self.row(field, vertex).at(&between, &level)
+            let [before, after] =
+                between.entries.map(|azimuth| self.spoke(field, vertex, azimuth).at(&level));
+            std::array::from_fn(|k| before[k] + between.share * (after[k] - before[k]))
         });
         let [kappa, ahead, aside] = added.unwrap_or_default();
         let rate =

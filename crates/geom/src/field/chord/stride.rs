@@ -12,8 +12,10 @@ use crate::field::section::Stop;
 pub(super) struct StrideWalk<'t, 'a, 'f> {
     way: &'t mut Way<'a, 'f>,
     ray: [Vec3; 2],
-    /// Of the crossings passed: how far along the ray their feet are.
+    /// Of the known crossings: how far along the ray their feet are.
     feet: Vec<f64>,
+    /// Of them.
+    passed: usize,
 }
 
 thread_local! {
@@ -32,52 +34,58 @@ impl<'t, 'a, 'f> StrideWalk<'t, 'a, 'f> {
     pub fn new(way: &'t mut Way<'a, 'f>, ray: [Vec3; 2]) -> Self {
         let mut feet = SPARE.take();
         feet.clear();
-        feet.push(foot(&ray, &way.trail.known()[0].position));
-        Self { way, ray, feet }
+        feet.extend(way.trail.known().iter().map(|crossed| foot(&ray, &crossed.position)));
+        Self { way, ray, feet, passed: 1 }
     }
 
     /// Goes on until the foot of the walk on the ray is so far ahead of where it is now, one triangle at least, or comes back. Where there
     /// is no way on, the walk stays on its last triangle.
     pub fn stride(&mut self, distance: f64) -> Result<(), Stop> {
-        let Self { way, ray, feet } = self;
-        let (passed, mut at) = (feet.len(), feet[feet.len() - 1]);
-        let end = at + distance;
-        let mut is_far_enough = |position: &Vec3| {
-            let t = foot(ray, position);
-            let ends_here = t >= end || t <= at;
-            at = t;
-            feet.push(t);
-            ends_here
-        };
-        if way.trail.known()[passed..].iter().any(|crossed| is_far_enough(&crossed.position)) {
+        let end = self.feet[self.passed - 1] + distance;
+        if let Some(last) = self.first_beyond(end, self.passed..self.feet.len()) {
+            self.passed = last + 1;
             return Ok(());
         }
-        way.trail.extend(is_far_enough)
+        let Self { way, ray, feet, .. } = self;
+        let mut at = feet[feet.len() - 1];
+        let goes_on = way.trail.extend(|position| {
+            let t = foot(ray, position);
+            feet.push(t);
+            let is_beyond = t >= end || t <= at;
+            at = t;
+            is_beyond
+        });
+        self.passed = self.feet.len();
+        goes_on
     }
 
     /// Goes back to where a stride would have ended that began after so many triangles and was only so long.
     pub fn shorten(&mut self, began: usize, distance: f64) {
         let end = self.feet[began - 1] + distance;
-        let ends_at = |k: &usize| self.feet[*k] >= end || self.feet[*k] <= self.feet[*k - 1];
-        if let Some(last) = (began..self.feet.len() - 1).find(ends_at) {
-            self.feet.truncate(last + 1);
+        if let Some(last) = self.first_beyond(end, began..self.passed - 1) {
+            self.passed = last + 1;
         }
+    }
+
+    /// The first of these crossings where a stride ends: its foot is so far along the ray, or no farther than the one before.
+    fn first_beyond(&self, end: f64, mut among: std::ops::Range<usize>) -> Option<usize> {
+        among.find(|&k| self.feet[k] >= end || self.feet[k] <= self.feet[k - 1])
     }
 
     /// Triangles left so far, the first included.
     pub fn passed(&self) -> usize {
-        self.feet.len()
+        self.passed
     }
 
     /// Triangles entered after the first.
     #[allow(clippy::cast_possible_truncation, reason = "at most MAX_CROSSINGS")]
     pub fn crossings(&self) -> u32 {
-        self.feet.len() as u32 - 1
+        self.passed as u32 - 1
     }
 
     /// Where the walk is, on the lifted section.
     pub fn point(&mut self) -> SectionPoint {
-        self.way.point(self.feet.len() - 1)
+        self.way.point(self.passed - 1)
     }
 
     /// UV displacement over the first piece; `None` without UV.
@@ -92,7 +100,7 @@ impl<'t, 'a, 'f> StrideWalk<'t, 'a, 'f> {
     /// chart that lies otherwise are turned.
     pub fn uv_at(&self, t: f64) -> Option<[f64; 2]> {
         let first_uv = self.way.trail.first_uv()?;
-        let next = self.feet.iter().position(|foot| *foot >= t).unwrap_or(self.feet.len() - 1);
+        let next = self.feet[..self.passed].iter().position(|foot| *foot >= t).unwrap_or(self.passed - 1);
         let share = |from: f64| {
             let share = ((t - from) / (self.feet[next] - from)).clamp(0.0, 1.0);
             if share.is_nan() { 1.0 } else { share }

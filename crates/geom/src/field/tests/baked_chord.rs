@@ -112,19 +112,20 @@ fn tables_on_demand_answer_alike_and_follow_no_more_chords_than_they_must() {
     let field = estimated(&mesh);
     let whole = BakedChord::new(&field, 8, SHELL);
     let some = Arc::new(BakedChord::on_demand(&field, 8, SHELL));
-    assert_eq!((whole.known(), some.known()), (60 * 30, 0));
+    assert_eq!((whole.known(), some.known()), (8 * 60 * 30, 0));
     let [whole_filter, some_filter] = [Arc::new(whole.clone()), Arc::clone(&some)].map(Filter::BakedChord);
     let mut met = std::collections::HashSet::new();
     let empty = some.bytes();
-    for query in spread_queries(&field, 100, SHELL) {
+    for (asked, query) in (1..).zip(spread_queries(&field, 100, SHELL)) {
         assert_eq!(some_filter.ask(&field, &query), whole_filter.ask(&field, &query));
         met.extend(field.surface().triangles()[query.point.triangle]);
-        assert_eq!(some.known(), met.len());
+        // Two directions at three corners.
+        assert!(some.known() <= 6 * asked && some.known() >= 2 * met.len(), "{} of {asked}", some.known());
     }
     assert!(met.len() < 400);
-    let row = (some.bytes() - empty) / met.len();
-    // 8 azimuths, 6 elevations and 3 numbers of 16 bits, and what a vertex keeps beside them.
-    assert!((288..320).contains(&row), "{row}");
+    let each = (some.bytes() - empty) / met.len();
+    // 8 azimuths, 6 elevations and 3 numbers of 16 bits, and what a direction keeps beside them.
+    assert!((8 * 36..=8 * 48).contains(&each), "{each}");
     some.fill(&field);
     assert!(*some == whole);
 }
