@@ -53,7 +53,7 @@ impl Start {
     /// The ray in the same plane that comes in at another cosine; one without a plane stays as it is.
     pub fn at_cosine(&self, cosine: f64) -> Self {
         let Some(section) = &self.section else { return *self };
-        let w = self.normal * cosine - section.forward * (1.0 - cosine * cosine).sqrt();
+        let w = self.normal * cosine - section.forward * (1.0 - cosine * cosine).max(0.0).sqrt();
         Self { cosine, w, ..*self }
     }
 

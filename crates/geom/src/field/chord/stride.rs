@@ -14,7 +14,7 @@ pub(super) struct StrideWalk<'t, 'a, 'f> {
     ray: [Vec3; 2],
     /// Of the known crossings: how far along the ray their feet are.
     feet: Vec<f64>,
-    /// Of them.
+    /// How many of them the walk is past, at least one.
     passed: usize,
 }
 
@@ -99,7 +99,8 @@ impl<'t, 'a, 'f> StrideWalk<'t, 'a, 'f> {
     /// Triangle by triangle with the triangle's own UV, so that seams do not matter: UV that go on over a side cancel there, and those of a
     /// chart that lies otherwise are turned.
     pub fn uv_at(&self, t: f64) -> Option<[f64; 2]> {
-        let first_uv = self.way.trail.first_uv()?;
+        let trail = &self.way.trail;
+        let first_uv = trail.first_uv()?;
         let next = self.feet[..self.passed].iter().position(|foot| *foot >= t).unwrap_or(self.passed - 1);
         let share = |from: f64| {
             let share = ((t - from) / (self.feet[next] - from)).clamp(0.0, 1.0);
@@ -109,21 +110,19 @@ impl<'t, 'a, 'f> StrideWalk<'t, 'a, 'f> {
         let mut sum = Vector2::from(first_uv);
         let mut axes = Matrix2::identity();
         // Since where the UV go on without a jump.
-        let mut since = self.way.trail.exit_uv(0)?;
+        let mut since = trail.exit_uv(0)?;
         for k in 1..next {
-            if self.way.trail.jumps(k - 1) {
-                sum += axes * (self.way.trail.exit_uv(k - 1)? - since);
-                axes *= self.way.trail.turn_over(k - 1)?;
-                since = self.way.trail.entry_uv(k)?;
+            if trail.jumps(k - 1) {
+                sum += axes * (trail.exit_uv(k - 1)? - since);
+                axes *= trail.turn_over(k - 1)?;
+                since = trail.entry_uv(k)?;
             }
         }
-        sum += axes * (self.way.trail.exit_uv(before)? - since);
-        if self.way.trail.jumps(before) {
-            axes *= self.way.trail.turn_over(before)?;
+        sum += axes * (trail.exit_uv(before)? - since);
+        if trail.jumps(before) {
+            axes *= trail.turn_over(before)?;
         }
-        sum += axes
-            * (self.way.trail.exit_uv(next)? - self.way.trail.entry_uv(next)?)
-            * share(self.feet[before]);
+        sum += axes * (trail.exit_uv(next)? - trail.entry_uv(next)?) * share(self.feet[before]);
         Some(sum.into())
     }
 }
