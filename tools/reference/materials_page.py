@@ -72,7 +72,7 @@ def hole_row(path, keep):
     return "| " + " | ".join(cells) + " |"
 
 
-def form_row(path, keep, forms):
+def neumip_row(path, keep, forms):
     """A row of the table of NeuMIP's pictures beside ours; `None` without its model."""
     other = forms / "neumip" / path.name
     if not other.exists():
@@ -149,7 +149,7 @@ def main():
             tables[key] = [line[0] for line in on_torus]
             mean = [sum(line[k] for line in on_torus) / len(on_torus) for k in (1, 2)]
             print(f"mean share left, {key}: paper's query {mean[0]:.3f}, chord {mean[1]:.3f}")
-    for key, form in [("neumip", form_row), ("paper", paper_row)]:
+    for key, form in [("neumip", neumip_row), ("paper", paper_row)]:
         if key in wanted and args.forms:
             rows = [form(path, keep, args.forms) for path in solid]
             tables[key] = [row for row in rows if row]
