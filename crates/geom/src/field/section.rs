@@ -98,12 +98,13 @@ impl Beginning {
     /// Whether the first piece is no more than rounding: the surface ends there at once.
     pub fn is_speck(&self, field: &CurvatureField<'_>) -> bool {
         let Piece { from, from_position, exit } = &self.piece;
-        (exit.position - from_position).norm() <= LEAST_PIECE * longest_side(field, from.triangle)
+        (exit.position - from_position).norm()
+            <= LEAST_PIECE * longest_side(field.surface().corners(from.triangle))
     }
 }
 
-fn longest_side(field: &CurvatureField<'_>, triangle: usize) -> f64 {
-    let [a, b, c] = field.surface().corners(triangle);
+/// Length of the longest side of a triangle with these corners.
+pub(super) fn longest_side([a, b, c]: [Vec3; 3]) -> f64 {
     [b - a, c - b, a - c].iter().map(Vec3::norm_squared).fold(0.0, f64::max).sqrt()
 }
 
@@ -158,7 +159,8 @@ fn leave_start(
     let behind_and_ahead =
         |[one, two]: [Crossing; 2]| if along(&one) < along(&two) { (one, two) } else { (two, one) };
     let own = section.crossings(field, start.triangle).map(|pair| behind_and_ahead(pair).1);
-    if let Some(exit) = own.filter(|exit| along(exit) > LEAST_PIECE * longest_side(field, start.triangle)) {
+    let least = LEAST_PIECE * longest_side(field.surface().corners(start.triangle));
+    if let Some(exit) = own.filter(|exit| along(exit) > least) {
         return Some((start, exit));
     }
     let corner = (0..3).max_by(|&a, &b| start.barycentric[a].total_cmp(&start.barycentric[b]))?;

@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 use crate::curvature::Principal;
-use crate::field::section::{Piece, SideEnd};
+use crate::field::section::{Piece, SideEnd, longest_side};
 use crate::field::surface_field::CurvatureField;
 
 /// The quadratic patch over a triangle.
@@ -19,8 +19,7 @@ impl Patch {
         let estimates = vertices.map(|v| field.principal(v));
         let edges = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
         let bends = [0, 1, 2].map(|k| bend(&edges[k], [estimates[k], estimates[(k + 1) % 3]]));
-        let longest_side = edges.iter().map(Vec3::norm_squared).fold(0.0, f64::max).sqrt();
-        Self { bends, longest_side }
+        Self { bends, longest_side: longest_side(corners) }
     }
 
     /// Height above the triangle.
