@@ -80,7 +80,7 @@ impl Adjacency {
 
 /// Parts that triangles are worked on in at the same time. Each costs a number per vertex.
 fn parts(triangles: usize) -> usize {
-    const LEAST: usize = 1 << 14;
+    const LEAST: usize = 1 << 16;
     const MOST: usize = 8;
     (triangles / LEAST).clamp(1, rayon::current_num_threads().min(MOST))
 }

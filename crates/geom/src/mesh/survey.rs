@@ -11,7 +11,7 @@ use super::{Adjacency, triangle_normal};
 use crate::Vec3;
 
 /// Vertices handled by one task: enough to make its vectors worth their allocation.
-const BLOCK: usize = 1 << 11;
+const BLOCK: usize = 1 << 9;
 
 /// The surroundings of every vertex.
 #[derive(Debug)]
@@ -43,7 +43,9 @@ impl Survey {
     ) -> Self {
         let mut slots = vec![[0; SLOT]; incident.len()];
         let mut fans = vec![Fan::Empty; incident.len()];
-        let mut normals = vec![Vec3::zeros(); incident.len()];
+        // Not `vec!`, which would touch this much memory for the first time on one thread.
+        let mut normals: Vec<Vec3> =
+            (0..incident.len()).into_par_iter().with_min_len(BLOCK).map(|_| Vec3::zeros()).collect();
         let surveyor = Surveyor { positions, triangles, incident, least_cosine };
         let blocks: Vec<Block> = fans
             .par_chunks_mut(BLOCK)
