@@ -7,7 +7,7 @@ use osculate_geom::Mesh;
 use osculate_geom::bake::BakedMesh;
 use osculate_geom::curvature::VertexCurvature;
 use osculate_geom::field::{
-    BakedChord, CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength,
+    BakedChord, CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength, bake_minimum,
 };
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_render::scene::{DirectionalCurvature, RayCurvature};
@@ -22,29 +22,26 @@ pub struct OwnedField {
 
 /// Largest error of a walk that is left out, as a share of 1 / diagonal: far below what any material can show.
 const SKIP_SHARE: f64 = 1e-3;
+/// Directions per vertex of a table of the minimum that no file has.
+const AZIMUTHS: usize = 16;
 
 impl OwnedField {
     /// The field of a mesh whose curvature is given per mesh vertex. `walk`: how far the filter looks, by default as far as
-    /// a ray can be in a material of the usual depth. `None` if the filter is `baked`, whose table is in files.
+    /// a ray can be in a material of the usual depth.
     pub fn of_mesh(
         mesh: &Mesh,
         weld: Weld,
         curvature: &[VertexCurvature],
         filter: FilterKind,
         walk: Option<WalkLength>,
-    ) -> Option<Self> {
+    ) -> Self {
         let (field, walk) = field_of(mesh, weld, curvature, walk);
-        let filter = match filter {
-            FilterKind::BakedChord => {
-                Filter::BakedChord(Arc::new(BakedChord::on_demand(&field, BakedChord::AZIMUTHS, walk)))
-            }
-            other => Filter::of_kind(other)?,
-        };
-        Some(Self { field, filter, walk })
+        let filter = made(&field, filter, walk);
+        Self { field, filter, walk }
     }
 
-    /// The field of a baked mesh, with what was baked of the filter. `None` if the filter is `baked` and the file has none.
-    pub fn of_baked(baked: &BakedMesh, filter: FilterKind, walk: Option<WalkLength>) -> Option<Self> {
+    /// The field of a baked mesh, with what was baked of the filter where that looks as far as is wanted.
+    pub fn of_baked(baked: &BakedMesh, filter: FilterKind, walk: Option<WalkLength>) -> Self {
         let record = baked.provenance.filter;
         let weld = baked.provenance.weld;
         // A table knows one elevation; a walk takes the ray's own.
@@ -52,20 +49,21 @@ impl OwnedField {
             WalkLength::ShellAt { depth, .. } => WalkLength::Shell { depth },
             other => other,
         }));
-        let (kind, rows) = (filter, baked.filter().zip(record));
-        let (FilterKind::Baked | FilterKind::March, Some((rows, record))) = (kind, rows) else {
-            return Self::of_mesh(baked.mesh(), weld, baked.curvature(), kind, walk);
+        let Some((rows, record)) = baked.filter().zip(record) else {
+            return Self::of_mesh(baked.mesh(), weld, baked.curvature(), filter, walk);
         };
         let (field, walk) = field_of(baked.mesh(), weld, baked.curvature(), walk);
-        let filter = if kind == FilterKind::Baked {
-            Filter::Baked(Arc::new(rows.minimum(field.surface(), record.walk)))
-        } else {
-            Filter::MarchWithin {
+        let filter = match filter {
+            FilterKind::Baked if walk.for_table().is_about(&record.walk) => {
+                Filter::Baked(Arc::new(rows.minimum(field.surface(), record.walk)))
+            }
+            FilterKind::March => Filter::MarchWithin {
                 bounds: Arc::new(rows.bounds(field.surface(), record.bound_length)),
                 tolerance: SKIP_SHARE / field.diagonal(),
-            }
+            },
+            other => made(&field, other, walk),
         };
-        Some(Self { field, filter, walk })
+        Self { field, filter, walk }
     }
 
     /// Follows all chords of a table that is otherwise made where it is asked for.
@@ -83,6 +81,19 @@ impl OwnedField {
     /// For a scene.
     pub fn shared(self) -> Arc<dyn DirectionalCurvature> {
         Arc::new(self)
+    }
+}
+
+/// A filter that nothing was baked for.
+fn made(field: &CurvatureField<'_>, filter: FilterKind, walk: WalkLength) -> Filter {
+    match filter {
+        FilterKind::Point => Filter::Point,
+        FilterKind::March => Filter::March,
+        FilterKind::Baked => Filter::Baked(Arc::new(bake_minimum(field, AZIMUTHS, walk))),
+        FilterKind::Chord => Filter::Chord,
+        FilterKind::BakedChord => {
+            Filter::BakedChord(Arc::new(BakedChord::on_demand(field, BakedChord::AZIMUTHS, walk)))
+        }
     }
 }
 

@@ -33,7 +33,7 @@ pub enum FilterArg {
     Point,
     /// Least curvature past the point, by an exact walk
     March,
-    /// The same from the table of a file baked with --filter-azimuths
+    /// The same from a table: the file's, if it was baked for this length, or one of 16 directions that is made first
     Baked,
     /// The circle with the ray's entry angle and exit distance
     Chord,

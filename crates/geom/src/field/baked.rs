@@ -89,6 +89,14 @@ impl BakedMinimum {
         size_of_val(&*self.lowering)
     }
 
+    /// Whether so many questions about a mesh with so many vertices are answered sooner with a table of 16 directions than by walks.
+    #[must_use]
+    pub fn pays(questions: u64, vertices: usize) -> bool {
+        /// A table takes as long as this many of them per vertex save.
+        const PER_VERTEX: u64 = 100;
+        questions >= PER_VERTEX * vertices as u64
+    }
+
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
         let Some(at) = &start.section else { return start.along(field) };

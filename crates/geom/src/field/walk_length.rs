@@ -63,6 +63,20 @@ impl WalkLength {
         }
     }
 
+    /// Whether both are the same rule, with numbers that differ by no more than a thousandth.
+    #[must_use]
+    pub fn is_about(&self, other: &Self) -> bool {
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs().max(b.abs());
+        match (*self, *other) {
+            (Self::Fixed(a), Self::Fixed(b)) => close(a, b),
+            (Self::Shell { depth: a }, Self::Shell { depth: b }) => close(a, b),
+            (Self::ShellAt { depth: a, cosine }, Self::ShellAt { depth: b, cosine: other }) => {
+                close(a, b) && close(cosine, other)
+            }
+            _ => false,
+        }
+    }
+
     /// Arc length for a ray that enters with this cosine where the surface has the curvature `kappa`; `diagonal` is that of
     /// the bounding box. Never negative; at most `diagonal` times pi / 2 but for [`Fixed`](Self::Fixed).
     #[must_use]
@@ -132,6 +146,15 @@ mod tests {
         let (x, z) = ((1.0 - cosine * cosine).sqrt() * t, -cosine * t);
         let radius = 1.0 / kappa;
         radius - radius.signum() * x.hypot(z + radius)
+    }
+
+    #[test]
+    fn rules_are_about_the_same_up_to_a_thousandth() {
+        let shell = |depth| WalkLength::Shell { depth };
+        assert!(shell(0.1).is_about(&shell(f64::from(0.1_f32))));
+        assert!(!shell(0.1).is_about(&shell(0.1002)) && !shell(0.1).is_about(&WalkLength::Fixed(0.1)));
+        assert!(shell(0.1).for_table().is_about(&shell(0.10001).for_table()));
+        assert!(!shell(0.1).for_table().is_about(&WalkLength::ShellAt { depth: 0.1, cosine: 0.3 }));
     }
 
     #[test]

@@ -38,9 +38,9 @@ pub struct SceneArgs {
     /// Rays along each side of a silhouette
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=8192), requires = "scenes")]
     samples: u32,
-    /// Also ask the model with chords from a table (`render --filter baked_chord`)
-    #[arg(long, requires = "scenes")]
-    chord_table: bool,
+    /// Also ask the model with the tables of both filters (`render --filter baked` and `baked_chord`)
+    #[arg(long, alias = "chord-table", requires = "scenes")]
+    tables: bool,
     /// Pixels along each side of a picture
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096), requires = "scenes")]
     pixels: u32,
@@ -245,14 +245,14 @@ fn compare(
         subject.truth(heights).with_context(|| path.display().to_string())?
     };
     let masks = {
-        let count = 9 + u32::from(args.chord_table);
+        let count = 9 + 2 * u32::from(args.tables);
         let bar = console.steps(&format!("silhouettes of {} on {}", micro.name, subject.name), count.into());
         let mut done = 0;
         let mut tick = || {
             done += 1;
             bar.set_share(f64::from(done) / f64::from(count));
         };
-        silhouettes(subject, (&truth, heights), &model, &oracle, (args.samples, args.chord_table), &mut tick)
+        silhouettes(subject, (&truth, heights), &model, &oracle, (args.samples, args.tables), &mut tick)
     }
     .with_context(|| path.display().to_string())?;
     let mut pictures_of = Vec::new();

@@ -140,11 +140,6 @@ impl Content {
 /// Runs the command.
 pub fn run(args: &RenderArgs, console: &Console, reporter: &Reporter) -> Result<Outcome> {
     let content = content(args)?;
-    if args.filter == Some(FilterArg::Baked) && args.length.walk().is_some() {
-        bail!(
-            "--filter baked looks as far as the file was baked for; leave out --filter-depth and --filter-length"
-        );
-    }
     if let Some(path) = &args.output {
         output::check(path)?;
         output::check_distinct(&args.input, path)?;

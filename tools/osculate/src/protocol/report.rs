@@ -20,11 +20,11 @@ pub fn print(results: &[Comparison], console: &Console) {
     for result in results {
         console.result(format_args!("{} on {}, depth {}", result.name, result.scene, result.depth));
         console.result(
-            "  form    asked by  curvature    IoU      band     left     10      35      60 deg   seconds",
+            "  form    asked by      curvature    IoU      band     left     10      35      60 deg   seconds",
         );
         for row in &result.silhouettes {
             console.result(format_args!(
-                "  {:<7} {:<8}  {:<9}  {:.5}  {:.5}  {:>6.3}  {}   {:>6.2}",
+                "  {:<7} {:<12}  {:<9}  {:.5}  {:.5}  {:>6.3}  {}   {:>6.2}",
                 row.form,
                 asked_by(row.filter),
                 if row.exact_curvature { "exact" } else { "mesh" },
@@ -94,7 +94,8 @@ fn motion_name(motion: Motion) -> &'static str {
 fn asked_by(filter: Option<FilterKind>) -> &'static str {
     match filter {
         None => "-",
-        Some(FilterKind::BakedChord) => "table",
+        Some(FilterKind::Baked) => "paper, table",
+        Some(FilterKind::BakedChord) => "chord, table",
         Some(filter) => match QueryForm::of_filter(filter) {
             QueryForm::Paper => "paper",
             QueryForm::Chord => "chord",

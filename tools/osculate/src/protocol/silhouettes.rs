@@ -88,13 +88,13 @@ pub struct MaskSet {
     pub rows: Vec<SilhouetteRow>,
 }
 
-/// Casts the masks of `samples` by `samples` rays. `with_table`: the model also with chords from a table.
+/// Casts the masks of `samples` by `samples` rays. `with_tables`: the model also with both filters from tables.
 pub fn silhouettes(
     subject: &Subject,
     (truth, heights): (&Truth, &HeightField),
     model: &Entry,
     oracle: &Entry,
-    (samples, with_table): (u32, bool),
+    (samples, with_tables): (u32, bool),
     tick: &mut dyn FnMut(),
 ) -> Result<MaskSet> {
     let cameras: Vec<Camera> = subject.cameras.iter().map(|c| c.1).collect();
@@ -140,8 +140,8 @@ pub fn silhouettes(
         if exact_curvature && !subject.has_exact_curvature() {
             continue;
         }
-        let table = (with_table && form == "model").then_some(FilterKind::BakedChord);
-        for filter in [FilterKind::March, FilterKind::Chord].into_iter().chain(table) {
+        let tables = (with_tables && form == "model").then_some([FilterKind::Baked, FilterKind::BakedChord]);
+        for filter in [FilterKind::March, FilterKind::Chord].into_iter().chain(tables.into_iter().flatten()) {
             let (masks, seconds) = cast(&Form::Asked { entry: entry.clone(), filter, exact_curvature })?;
             rows.push(row(form, Some(filter), exact_curvature, &masks, seconds));
             if form == "model" && filter == FilterKind::Chord {

@@ -225,7 +225,7 @@ impl Subject {
                     (_, false) => &self.curvature,
                     (None, true) => bail!("{}: its exact curvature is not known", self.name),
                 };
-                let field = self.field(entry, *filter, curvature)?;
+                let field = self.field(entry, *filter, curvature);
                 let material = self.asked(entry, QueryForm::of_filter(*filter));
                 (Arc::clone(&self.mesh), material, Some(field))
             }
@@ -238,11 +238,10 @@ impl Subject {
     }
 
     /// What an entry's depth lets the filter see.
-    fn field(&self, entry: &Entry, filter: FilterKind, curvature: &[VertexCurvature]) -> Result<OwnedField> {
+    fn field(&self, entry: &Entry, filter: FilterKind, curvature: &[VertexCurvature]) -> OwnedField {
         let depth = f64::from(entry.depth) * f64::from(self.laying.tile_size);
         let walk = Some(WalkLength::Shell { depth });
-        let field = OwnedField::of_mesh(&self.mesh, BakeOptions::default().weld, curvature, filter, walk);
-        field.with_context(|| format!("{}: no table of the filter {} is at hand", self.name, filter.name()))
+        OwnedField::of_mesh(&self.mesh, BakeOptions::default().weld, curvature, filter, walk)
     }
 
     fn asked(&self, entry: &Entry, query: QueryForm) -> Material {

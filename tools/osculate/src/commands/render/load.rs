@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use osculate_geom::bake::BakeOptions;
 use osculate_geom::curvature::estimate;
-use osculate_geom::field::{BakedChord, FilterKind, WalkLength};
+use osculate_geom::field::{BakedChord, BakedMinimum, FilterKind, WalkLength};
 use osculate_geom::mesh::Surface;
 use osculate_geom::reference::{Axis, Shape};
 use osculate_geom::{Mesh, shapes};
@@ -29,9 +29,6 @@ pub(super) fn load_mesh(
         MeshSource::File(path) => path.display().to_string(),
         MeshSource::Shape(shape) => shape.to_string(),
     };
-    let no_table = || {
-        anyhow!("{shown}: holds no baked filter; bake it with --filter-azimuths, or choose another --filter")
-    };
     let needs_filter = content.needs_filter() || request.shell.is_some();
     let needs_curvature = content.needs_curvature() || request.shell.is_some();
     let walk_on = |mesh: &Mesh| {
@@ -49,11 +46,8 @@ pub(super) fn load_mesh(
         }
         Input::Baked(baked) => {
             let kind = filter(request, samples, baked.mesh());
-            let field = if needs_filter {
-                Some(OwnedField::of_baked(&baked, kind, walk_on(baked.mesh())).ok_or_else(no_table)?.shared())
-            } else {
-                None
-            };
+            let field =
+                needs_filter.then(|| OwnedField::of_baked(&baked, kind, walk_on(baked.mesh())).shared());
             let (mesh, curvature) = baked.into_parts();
             return Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: Some(Arc::from(curvature)), field });
         }
@@ -70,21 +64,22 @@ pub(super) fn load_mesh(
     let field = match &curvature {
         Some(curvature) if needs_filter => {
             let kind = filter(request, samples, &mesh);
-            let field = OwnedField::of_mesh(&mesh, options.weld, curvature, kind, walk_on(&mesh));
-            Some(field.ok_or_else(no_table)?.shared())
+            Some(OwnedField::of_mesh(&mesh, options.weld, curvature, kind, walk_on(&mesh)).shared())
         }
         _ => None,
     };
     Ok(LoadedMesh { mesh: Arc::new(mesh), curvature: curvature.map(Arc::from), field })
 }
 
-/// The filter to load with: chords that nobody named come from a table where the picture asks often enough.
+/// The filter to load with: walks that nobody named give way to their table where the picture asks often enough.
 fn filter(request: &LoadRequest<'_>, samples: u64, mesh: &Mesh) -> FilterKind {
-    let is_free = request.filter == FilterKind::Chord && !request.is_named;
-    if is_free && BakedChord::pays(samples, mesh.positions().len()) {
-        FilterKind::BakedChord
-    } else {
-        request.filter
+    let vertices = mesh.positions().len();
+    match request.filter {
+        FilterKind::Chord if !request.is_named && BakedChord::pays(samples, vertices) => {
+            FilterKind::BakedChord
+        }
+        FilterKind::March if !request.is_named && BakedMinimum::pays(samples, vertices) => FilterKind::Baked,
+        walk => walk,
     }
 }
 
