@@ -112,7 +112,7 @@ impl DirectionalCurvature for Across {
     }
 
     fn ask(&self, _: usize, _: [f32; 3], _: Vec3) -> Option<RayCurvature> {
-        Some(RayCurvature { kappa: 1.0, uv_rate: None })
+        Some(RayCurvature { kappa: 1.0, across: None, uv_rate: None })
     }
 }
 
@@ -176,7 +176,11 @@ impl DirectionalCurvature for Asking {
         let answer = self.filter.ask(&self.field, &FilterQuery { point, w, length })?;
         #[expect(clippy::cast_possible_truncation, reason = "pictures are f32")]
         let narrow = |x: f64| x as f32;
-        Some(RayCurvature { kappa: narrow(answer.kappa), uv_rate: answer.uv_rate.map(|q| q.map(narrow)) })
+        Some(RayCurvature {
+            kappa: narrow(answer.kappa),
+            across: Some(narrow(answer.across)),
+            uv_rate: answer.uv_rate.map(|q| q.map(narrow)),
+        })
     }
 }
 

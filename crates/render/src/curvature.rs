@@ -86,12 +86,13 @@ impl ObjectPoint<'_> {
         let placement = &self.object.placement;
         // A build without filters has what the field says at the point.
         let Some(field) = self.object.field.as_ref().filter(|_| FILTER) else {
-            return self.along(direction).map(|kappa| RayCurvature { kappa, uv_rate: None });
+            return self.along(direction).map(|kappa| RayCurvature { kappa, across: None, uv_rate: None });
         };
         let w = placement.rotation.transpose() * direction;
         let answer = field.ask(self.triangle, self.barycentrics, w)?;
         Some(RayCurvature {
             kappa: answer.kappa / placement.scale,
+            across: answer.across.map(|kappa| kappa / placement.scale),
             uv_rate: answer.uv_rate.map(|rate| rate.map(|q| q / placement.scale)),
         })
     }

@@ -42,7 +42,7 @@ impl DirectionalCurvature for One {
     }
 
     fn ask(&self, _: usize, _: [f32; 3], _: Vec3) -> Option<RayCurvature> {
-        Some(RayCurvature { kappa: 1.0, uv_rate: None })
+        Some(RayCurvature { kappa: 1.0, across: None, uv_rate: None })
     }
 }
 

@@ -121,7 +121,7 @@ impl DirectionalCurvature for Across {
     }
 
     fn ask(&self, _: usize, _: [f32; 3], _: Vec3) -> Option<RayCurvature> {
-        Some(RayCurvature { kappa: self.0, uv_rate: None })
+        Some(RayCurvature { kappa: self.0, across: None, uv_rate: None })
     }
 }
 

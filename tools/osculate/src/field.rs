@@ -138,7 +138,11 @@ impl DirectionalCurvature for OwnedField {
         let point = point(triangle, barycentrics);
         let query = FilterQuery { point, w: widen(direction), length: self.walk };
         let answer = self.filter.ask(&self.field, &query)?;
-        Some(RayCurvature { kappa: narrow(answer.kappa), uv_rate: answer.uv_rate.map(|q| q.map(narrow)) })
+        Some(RayCurvature {
+            kappa: narrow(answer.kappa),
+            across: Some(narrow(answer.across)),
+            uv_rate: answer.uv_rate.map(|q| q.map(narrow)),
+        })
     }
 
     fn filter(&self) -> FilterKind {

@@ -31,6 +31,9 @@ pub struct FilterQuery {
 pub struct FilterAnswer {
     /// The curvature to ask the material with, 1/length.
     pub kappa: f64,
+    /// The curvature at the point in the direction across the ray's plane, 1/length, which no filter changes. At normal incidence, where there is no
+    /// such plane, the mean curvature.
+    pub across: f64,
     /// Arc length walked, world units.
     pub length: f64,
     /// Triangles entered after the first.
@@ -41,6 +44,12 @@ pub struct FilterAnswer {
     pub t_exit: Option<f64>,
     /// [`Filter::Chord`] and its table only: mean UV displacement per world unit on the way, where the field has UVs.
     pub uv_rate: Option<[f64; 2]>,
+}
+
+impl FilterAnswer {
+    fn without_walk(kappa: f64, across: f64, stop: Stop) -> Self {
+        Self { kappa, across, length: 0.0, crossings: 0, stop, t_exit: None, uv_rate: None }
+    }
 }
 
 /// Names of the filters, for files and arguments.
@@ -145,19 +154,15 @@ impl Filter {
     /// If the triangle is out of range, or a table or bounds belong to another surface.
     #[must_use]
     pub fn ask(&self, field: &CurvatureField<'_>, query: &FilterQuery) -> Option<FilterAnswer> {
-        let still = |kappa, stop| FilterAnswer {
-            kappa,
-            length: 0.0,
-            crossings: 0,
-            stop,
-            t_exit: None,
-            uv_rate: None,
-        };
         if let Self::Point = self {
             let w = query.w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
-            return Some(still(field.kappa_along(query.point, w)?, Stop::NoWalk));
+            let kappa = field.kappa_along(query.point, w)?;
+            let across = field.sum_of_principals(query.point)? - kappa;
+            return Some(FilterAnswer::without_walk(kappa, across, Stop::NoWalk));
         }
         let start = Start::new(field, query.point, query.w)?;
+        let across = start.across(field);
+        let still = |kappa, stop| FilterAnswer::without_walk(kappa, across, stop);
         if let Self::Baked(table) = self {
             return Some(still(table.kappa(field, &start), Stop::NoWalk));
         }
@@ -169,6 +174,7 @@ impl Filter {
             let found = chord(field, &start, query.length, PACE);
             return Some(FilterAnswer {
                 kappa: found.kappa,
+                across,
                 length: found.length,
                 crossings: found.crossings,
                 stop: found.stop,
@@ -185,6 +191,7 @@ impl Filter {
         let march = minimum_past(field, &start, length);
         Some(FilterAnswer {
             kappa: march.kappa,
+            across,
             length: march.length,
             crossings: march.crossings,
             stop: march.stop,

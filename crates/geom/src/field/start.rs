@@ -62,6 +62,12 @@ impl Start {
         field.kappa_along(self.point, self.w).expect("a corner has an estimate")
     }
 
+    /// Curvature across the plane of the section, by Euler's theorem; the mean curvature where there is no plane.
+    pub fn across(&self, field: &CurvatureField<'_>) -> f64 {
+        let sum = field.sum_of_principals(self.point).expect("a corner has an estimate");
+        self.section.map_or(sum / 2.0, |section| sum - section.kappa)
+    }
+
     /// The curvature before any walk: the lesser of the curvature along the ray and that of the section.
     ///
     /// The two differ where the corners' normals do, because the first projects the ray at each corner.

@@ -126,6 +126,11 @@ impl<'a> CurvatureField<'a> {
         self.interpolate(point, |principal| section_curvature(principal, normal))
     }
 
+    /// Twice the mean curvature. `None` as for [`tensor`](Self::tensor).
+    pub(super) fn sum_of_principals(&self, point: SurfacePoint) -> Option<f64> {
+        self.interpolate(point, |principal| principal.kappa_max + principal.kappa_min)
+    }
+
     pub(super) fn interpolate(&self, point: SurfacePoint, value: impl Fn(&Principal) -> f64) -> Option<f64> {
         let mut sum = (0.0, 0.0);
         for (principal, weight) in self.corner_estimates(point) {

@@ -116,6 +116,8 @@ pub trait DirectionalCurvature: std::fmt::Debug + Send + Sync {
 pub struct RayCurvature {
     /// Curvature, 1/length.
     pub kappa: f32,
+    /// Curvature across the ray's plane, 1/length, if it is known.
+    pub across: Option<f32>,
     /// Mean UV displacement per unit of length the way the ray travels, if the filter finds it.
     pub uv_rate: Option<[f32; 2]>,
 }

@@ -67,7 +67,7 @@ impl DirectionalCurvature for Mean {
                 total += f64::from(weight);
             }
         }
-        (total > 0.0).then(|| RayCurvature { kappa: (sum / total) as f32, uv_rate: None })
+        (total > 0.0).then(|| RayCurvature { kappa: (sum / total) as f32, across: None, uv_rate: None })
     }
 
     fn filter(&self) -> FilterKind {
@@ -89,7 +89,8 @@ impl DirectionalCurvature for Scaled {
 
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
         let answer = self.field.ask(triangle, barycentrics, direction)?;
-        Some(RayCurvature { kappa: self.factor * answer.kappa, ..answer })
+        let across = answer.across.map(|kappa| self.factor * kappa);
+        Some(RayCurvature { kappa: self.factor * answer.kappa, across, ..answer })
     }
 
     fn filter(&self) -> FilterKind {
@@ -112,7 +113,7 @@ mod tests {
         }
 
         fn ask(&self, _: usize, _: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
-            Some(RayCurvature { kappa: direction.x, uv_rate: Some([2.0, 3.0]) })
+            Some(RayCurvature { kappa: direction.x, across: Some(direction.y), uv_rate: Some([2.0, 3.0]) })
         }
     }
 

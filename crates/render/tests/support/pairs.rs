@@ -275,7 +275,7 @@ impl DirectionalCurvature for Field {
         let query = FilterQuery { point, w: widen(direction), length: self.walk };
         let answer = self.filter.ask(&self.field, &query)?;
         let uv_rate = answer.uv_rate.map(|rate| rate.map(|q| q as f32));
-        Some(RayCurvature { kappa: answer.kappa as f32, uv_rate })
+        Some(RayCurvature { kappa: answer.kappa as f32, across: Some(answer.across as f32), uv_rate })
     }
 
     fn filter(&self) -> FilterKind {

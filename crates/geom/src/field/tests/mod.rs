@@ -63,6 +63,42 @@ fn march_equals_slicing_the_whole_mesh() {
     }
 }
 
+/// On a torus, whose curvatures differ: what lies across one ray lies along another, and no filter changes it.
+#[test]
+fn what_is_across_one_ray_is_along_another() {
+    let mesh = shapes::torus(1.0, 0.45, 60, 30);
+    let field = estimated(&mesh);
+    let walk = WalkLength::Fixed(0.1);
+    let filters = [
+        Filter::Point,
+        Filter::March,
+        Filter::Chord,
+        Filter::Baked(Arc::new(bake_minimum(&field, 8, walk))),
+        Filter::BakedChord(Arc::new(BakedChord::on_demand(&field, 8, walk))),
+    ];
+    for triangle in (0..mesh.triangles().len()).step_by(97) {
+        let point = vertex(triangle);
+        let n = field.unit_normal(point).unwrap();
+        let along = n.cross(&Vec3::new(0.3, 0.5, -0.8)).normalize();
+        let across = n.cross(&along);
+        let expected = field.kappa_along(point, across).unwrap();
+        let answers = filters.iter().map(|filter| {
+            filter.ask(&field, &FilterQuery { point, w: along + 0.3 * n, length: walk }).unwrap().across
+        });
+        for (answer, filter) in answers.zip(&filters) {
+            // The point's filter blends some mean curvature in.
+            let tolerance = if matches!(filter, Filter::Point) { 1e-2 } else { 1e-9 };
+            assert!(
+                (answer - expected).abs() < tolerance,
+                "{triangle} {:?}: {answer} {expected}",
+                filter.kind()
+            );
+        }
+        let straight = Filter::Chord.ask(&field, &FilterQuery { point, w: n, length: walk }).unwrap();
+        assert!((straight.across - straight.kappa).abs() < 1e-12, "the mean: {straight:?}");
+    }
+}
+
 #[test]
 fn tables_converge_to_the_walk_and_stay_within_the_proof() {
     for mesh in [spot(), bumpy_sphere(), shapes::torus(1.0, 0.45, 60, 30)] {
