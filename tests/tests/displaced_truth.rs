@@ -157,6 +157,52 @@ fn on_a_tube_the_picture_is_that_of_exact_queries() {
     assert!(off < 0.05 * mean, "{off} of {mean}");
 }
 
+/// What is seen along a tube: flat along the ray; what lies across may be known.
+#[derive(Debug)]
+struct AlongTheTube {
+    across: Option<f32>,
+}
+
+impl DirectionalCurvature for AlongTheTube {
+    fn along(&self, _: usize, _: [f32; 3], _: Vec3) -> Option<f32> {
+        Some(0.0)
+    }
+
+    fn ask(&self, _: usize, _: [f32; 3], _: Vec3) -> Option<RayCurvature> {
+        Some(RayCurvature { kappa: 0.0, across: self.across, uv_rate: None })
+    }
+}
+
+/// Around the line where the sun sets on a tube that is looked at lengthwise: its bend is across all rays.
+#[test]
+fn light_from_across_reaches_bumps_beyond_the_terminator() {
+    let (mesh, laying) = (Arc::new(tube()), Laying::new([1.0; 2], 1.0));
+    let (position, target) = (Vec3::new(0.0, 250.0, 300.0), Vec3::new(-0.05, 0.0, 1.0));
+    let camera = Camera::look_at(position, target, Vec3::Y, 2.0 * (0.35_f32 / 390.0).atan());
+    let picture = |object| {
+        let mut scene = scene(object, camera, 64);
+        let direction = Vec3::new(-1.0, 0.0, 0.0);
+        scene.lights.push(Light::Directional { direction, irradiance: Vec3::splat(2.0) });
+        let options = RenderOptions { stop: StopRule::Samples(32), max_depth: 1, ..RenderOptions::default() };
+        render(&scene, &options, &mut |_| std::ops::ControlFlow::Continue(())).unwrap().film.radiance()
+    };
+    let truth = picture(displaced(&mesh, &laying));
+    let sum: f64 = truth.iter().map(|c| f64::from(c.y)).sum();
+    let off = |across| {
+        let found = picture(asked(&mesh, &laying, Arc::new(AlongTheTube { across }), QueryForm::Chord));
+        let missing: f64 = truth.iter().zip(&found).map(|(a, b)| f64::from(a.y - b.y)).sum();
+        let error: f64 = truth.iter().zip(&found).map(|(a, b)| f64::from((a.y - b.y).abs())).sum();
+        [missing / sum, error / sum]
+    };
+    let ([dark, without], [left, with]) = (off(None), off(Some(1.0)));
+    assert!(
+        dark > 0.1 && left.abs() < 0.25 * dark,
+        "{left} of the light is missing, {dark} without the bend"
+    );
+    // Most of what is left is noise of 32 samples at the edges of cobbles.
+    assert!(with < 0.9 * without, "{with} {without}");
+}
+
 /// What the renderer asks, by a filter of the library.
 #[derive(Debug)]
 struct Asking {
