@@ -41,6 +41,7 @@
 //! Participating media, refraction, spectral rendering, motion blur, GPU.
 
 pub mod aov;
+mod bend;
 mod camera;
 mod canvas;
 mod counters;

@@ -8,12 +8,13 @@
 //!
 //! Patches that materials learn from are bent in the ray's plane only. Where the surface is bent across it too, the neighbours that throw
 //! shadows stand lower there, or higher, than in a patch. With the chord query, light that comes across is lifted by as much: see
-//! [`lift`].
+//! [`Bend`].
 
 use glam::{Mat2, Vec2, Vec3};
 use osculate_geom::rays::{Hit, SurfacePoint};
 use osculate_sbtf::{Entry, Incidence, SilhouetteBtf};
 
+use crate::bend::Bend;
 use crate::counters::Counters;
 use crate::math::Frame;
 use crate::prepared::{Facet, Prepared};
@@ -60,10 +61,8 @@ pub(crate) struct SilhouettePoint<'a> {
     uv: Vec2,
     wo: Vec3,
     kappa_hat: f32,
-    /// Unit, in the frame's tangents: across the ray's plane.
-    across: Vec2,
-    /// Slope by which light from straight across is lifted at the horizon; towards it where negative.
-    bend: f32,
+    /// Of the surface across the ray's plane.
+    bend: Bend,
     /// Whether the opacity is not known beforehand.
     asks_opacity: bool,
     /// Whether what it shows may lie beside the point.
@@ -150,13 +149,9 @@ impl<'a> SilhouettePoint<'a> {
             uv,
             wo: (-rate * sine * azimuth).extend(local.z).normalize(),
             kappa_hat: along.map_or(0.0, |a| a.kappa) * material.tile_size / (rate * rate),
-            across: forward.perp(),
             bend: match material.query {
-                QueryForm::Chord => {
-                    let slope = 0.5 * NEIGHBOUR * material.depth * across * material.tile_size;
-                    slope.clamp(-MOST_BEND, MOST_BEND)
-                }
-                QueryForm::Paper => 0.0,
+                QueryForm::Chord => Bend::new(forward.perp(), across * material.tile_size * material.depth),
+                QueryForm::Paper => Bend::NONE,
             },
             asks_opacity: true,
             asks_offset: true,
@@ -251,19 +246,19 @@ impl<'a> SilhouetteVertex<'a> {
     /// The world direction `wi` in the material's metric.
     pub(crate) fn query_wi(&self, wi: Vec3) -> Vec3 {
         let SilhouettePoint { material, frame, uv_from_tangent, .. } = self.point;
-        let local = frame.local_from_world(wi);
+        let local = self.point.bend.lifted(frame.local_from_world(wi));
         let tangent = uv_from_tangent * local.truncate() * material.tile_size;
-        let across = local.truncate().dot(self.point.across);
-        let lifted = local.z + lift(self.point.bend, across, tangent.length(), local.z);
         // Zero only on a triangle without UV area, lit along it.
-        tangent.extend(lifted).try_normalize().unwrap_or(Vec3::Z)
+        tangent.extend(local.z).try_normalize().unwrap_or(Vec3::Z)
     }
 
     /// The density of [`Self::draw`] over solid angle.
     pub(crate) fn pdf(&self, wi: Vec3) -> f32 {
-        let SilhouettePoint { material, frame, turn, .. } = self.point;
+        let SilhouettePoint { material, frame, turn, bend, .. } = self.point;
         let local = frame.local_from_world(wi);
-        material.sampler.pdf(&self.turned(), (turn * local.truncate()).extend(local.z))
+        let lifted = bend.lifted(local);
+        material.sampler.pdf(&self.turned(), (turn * lifted.truncate()).extend(lifted.z))
+            * bend.magnification(local)
     }
 
     /// What directions are drawn for: the query, with `wo` as it is in the world. Materials that make nothing of curvature may or may not be
@@ -276,32 +271,11 @@ impl<'a> SilhouetteVertex<'a> {
 
     /// Draws a world direction.
     pub(crate) fn draw(&self, pick: f32, u: [f32; 2]) -> Vec3 {
-        let SilhouettePoint { material, frame, turn, .. } = self.point;
+        let SilhouettePoint { material, frame, turn, bend, .. } = self.point;
         let turned = material.sampler.draw(&self.turned(), pick, u.into());
-        frame.world_from_local((turn.transpose() * turned.truncate()).extend(turned.z))
+        frame.world_from_local(bend.lowered((turn.transpose() * turned.truncate()).extend(turned.z)))
     }
 }
-
-/// How much higher light is taken to come than it does. Of its unit direction, `across` is the part across the ray's plane, `cosine` that along the
-/// normal, and `length` what the tangential part measures in the material's metric.
-///
-/// A surface that is bent by `kappa` has fallen by `kappa a^2 / 2` at a distance `a`, and the slope to what stands there by `kappa a / 2`: that is
-/// `bend`. The patch has the part of it in the ray's plane; here is what Euler's theorem leaves, the part across. Only light that comes low
-/// meets neighbours: from 30 degrees on nothing is lifted.
-fn lift(bend: f32, across: f32, length: f32, cosine: f32) -> f32 {
-    /// From here on light meets no neighbour.
-    const HIGH: f32 = 0.5;
-    if bend == 0.0 || length == 0.0 || cosine >= HIGH {
-        return 0.0;
-    }
-    bend * across * across / length * (1.0 - cosine.max(0.0) / HIGH)
-}
-
-/// How far away what throws shadows stands, over the material's depth. By materials it is 0.6 (wall) to 2.4 (shell): this is what
-/// brings five of them nearest to displaced truth on the torus, all taken together.
-const NEIGHBOUR: f32 = 1.3;
-/// Largest slope by which light is lifted: materials are not made for surfaces that bend more.
-const MOST_BEND: f32 = 0.5;
 
 /// UV per world unit along the tangents of a frame, from the triangle's plane; zero for triangles without area.
 fn uv_per_length([p0, p1, p2]: [Vec3; 3], [a, b, c]: [Vec2; 3], frame: &Frame) -> Mat2 {
@@ -316,20 +290,6 @@ fn uv_per_length([p0, p1, p2]: [Vec3; 3], [a, b, c]: [Vec2; 3], frame: &Frame) -
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn low_light_from_across_is_lifted_on_convex_surfaces() {
-        let near = |a: f32, b: f32| assert!((a - b).abs() < 1e-6, "{a} {b}");
-        near(lift(0.1, 1.0, 1.0, 0.0), 0.1);
-        near(lift(-0.1, 1.0, 1.0, -0.3), -0.1);
-        near(lift(0.1, 0.6, 1.0, 0.0), 0.036);
-        near(lift(0.1, 0.8, 0.8, 0.25), 0.04);
-        for (bend, across, length, cosine) in
-            [(0.0, 1.0, 1.0, 0.0), (0.1, 0.0, 1.0, 0.0), (0.1, 0.8, 0.8, 0.5), (0.1, 0.0, 0.0, -1.0)]
-        {
-            near(lift(bend, across, length, cosine), 0.0);
-        }
-    }
 
     #[test]
     fn uv_rates_of_a_stretched_triangle() {
