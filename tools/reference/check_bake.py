@@ -26,7 +26,7 @@ PROMISED = {
     "_CURVATURE_ERROR": ("SCALAR", FLOAT),
     "_CURVATURE_STATUS": ("SCALAR", U8),
 }
-STATUSES = 6  # ok, boundary, few neighbours, rank deficient, non-manifold, isolated
+STATUSES = 8  # ok, boundary, few neighbours, rank deficient, non-manifold, isolated, over tolerance, crease
 DIRECTIONS = [("d1x", "d1y", "d1z"), ("k1x", "k1y", "k1z")]  # ours; MeshLab's
 
 
