@@ -5,7 +5,8 @@
 //! ```
 //!
 //! A run is all from the mesh to one estimate per vertex: equal positions are merged, adjacency and normals are built, creases are
-//! looked for; giving the estimates' memory back is not part of it. The first run is not counted. Printed are the number of vertices and the seconds of every other run.
+//! looked for; giving the estimates' memory back is not part of it. The first run is not counted. Printed are the number of vertices and the
+//! seconds of every other run.
 
 use std::hint::black_box;
 use std::path::Path;
