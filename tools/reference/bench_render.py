@@ -11,6 +11,9 @@ from the same camera, film and sampler included.
 Picture: scenes/spot_lamp.toml and the same scene in Mitsuba. The noise is measured alike on both sides: two
 renders with different seeds, the root mean square of their difference over the square root of two, relative to
 the mean. The time to one percent is the time times (noise / 0.01)^2, which favours neither.
+
+A variant of Mitsuba that does not run here gets a row that says so, and the last lines of what it printed go to
+standard error; the other rows are measured all the same. The usual reason is that Debian's libllvm19 is missing.
 """
 
 import argparse
@@ -47,6 +50,16 @@ LAMP = {
 
 def run(*command):
     return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True).stdout
+
+
+def unless_it_fails(variant, measure, *arguments):
+    """What `measure` returns, or None after saying why the variant of Mitsuba did not run."""
+    try:
+        return measure(variant, *arguments)
+    except subprocess.CalledProcessError as failure:
+        last = "\n".join((failure.stderr or "").splitlines()[-5:])
+        print(f"Mitsuba {variant} ended with {failure.returncode}:\n{last}", file=sys.stderr, flush=True)
+        return None
 
 
 def noise(a, b):
@@ -109,7 +122,10 @@ def main():
         print("\n| picture | spp | seconds (min-max) | Msample/s | noise | seconds to 1 % | mean |\n|---|---|---|---|---|---|---|")
         row("osculate", *ours(args.osculate, args.spp, args.runs, folder), args.spp)
         for variant in ["scalar_rgb", "llvm_ad_rgb"]:
-            row(f"Mitsuba {variant}", *mitsuba(variant, args.spp, args.runs, folder), args.spp)
+            if rendered := unless_it_fails(variant, mitsuba, args.spp, args.runs, folder):
+                row(f"Mitsuba {variant}", *rendered, args.spp)
+            else:
+                print(f"| Mitsuba {variant} | does not run here | | | | | |", flush=True)
 
 
 def rays(args, folder):
@@ -130,8 +146,8 @@ def rays(args, folder):
             spread = [f"{statistics.median(column):.2f} ({min(column):.2f}-{max(column):.2f})" for column in zip(*pairs)]
             print(f"| {name} | {' | '.join(spread)} |", flush=True)
     for variant in ["scalar_rgb", "llvm_ad_rgb"]:
-        rates = camera_rays(variant, args.runs, folder)
-        spread = f"{statistics.median(rates):.2f} ({min(rates):.2f}-{max(rates):.2f})"
+        rates = unless_it_fails(variant, camera_rays, args.runs, folder)
+        spread = f"{statistics.median(rates):.2f} ({min(rates):.2f}-{max(rates):.2f})" if rates else "does not run here"
         print(f"| Mitsuba {variant}, depth | {spread} | |", flush=True)
 
 
