@@ -81,10 +81,15 @@ fn share(z: f32) -> f32 {
 
 /// The tangent of a height above the horizon that is lifted to `raised`, by Newton's method. It grows with `raised`, at a rate between 0.6 and 2.5.
 fn lower(raised: f32, slope: f32) -> f32 {
+    /// As near as single precision comes.
+    const NEAR: f32 = 3e-7;
     let mut tangent = raised;
     for _ in 0..5 {
         let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
         let off = tangent + slope * (1.0 - tangent * cosine / HIGH) - raised;
+        if off.abs() < NEAR {
+            break;
+        }
         tangent = (tangent - off / (1.0 - slope / HIGH * cosine.powi(3))).max(0.0);
     }
     tangent

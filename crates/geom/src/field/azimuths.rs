@@ -36,23 +36,6 @@ impl Between {
     }
 }
 
-/// The mean over the corners of a triangle of what `value` says of a direction at each of them; corners without an estimate, and those
-/// without weight, are left out. `None` if that leaves none.
-pub(super) fn over_corners<const N: usize>(
-    field: &CurvatureField<'_>,
-    point: SurfacePoint,
-    value: impl Fn(usize, &Principal) -> [f64; N],
-) -> Option<[f64; N]> {
-    let (mut sum, mut weights) = ([0.0; N], 0.0);
-    for (vertex, weight) in field.surface().triangles()[point.triangle].into_iter().zip(point.barycentric) {
-        let Some(principal) = field.principal(vertex).filter(|_| weight > 0.0) else { continue };
-        let values = value(vertex as usize, principal);
-        sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
-        weights += weight;
-    }
-    (weights > 0.0).then(|| sum.map(|sum| sum / weights))
-}
-
 /// A vertex to start from, and the triangles around it.
 pub(super) struct Around<'p> {
     vertex: u32,

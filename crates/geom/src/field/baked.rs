@@ -14,7 +14,8 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::azimuths::{Around, Between, over_corners};
+use super::azimuths::{Around, Between};
+use super::corners::Corners;
 use super::march::minimum_past;
 use super::queries::spread_queries;
 use super::skip::SkipBounds;
@@ -100,11 +101,11 @@ impl BakedMinimum {
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
         let Some(at) = &start.section else { return start.along(field) };
-        let lowered = over_corners(field, start.point, |vertex, principal| {
+        let corners = Corners::of(field, start.point).expect("a corner has an estimate");
+        let [lowering] = corners.mean_at(|vertex, principal| {
             let row = self.row(vertex);
             [Between::new(principal, &at.forward, self.azimuths).mix(|k| f64::from(row[k]))]
         });
-        let [lowering] = lowered.unwrap_or_default();
         // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
         start.along(field).min(at.kappa - lowering)
     }

@@ -19,9 +19,10 @@ use serde::{Deserialize, Serialize};
 use ground::Ground;
 use spoke::Spoke;
 
-use super::azimuths::{Around, Between, FirstTriangles, over_corners};
+use super::azimuths::{Around, Between, FirstTriangles};
 use super::baked::quantile;
 use super::chord::{PACE, chord};
+use super::corners::Corners;
 use super::queries::spread_queries;
 use super::start::Start;
 use super::surface_field::CurvatureField;
@@ -145,13 +146,13 @@ impl BakedChord {
     pub(super) fn answer(&self, field: &CurvatureField<'_>, start: &Start) -> (f64, Option<[f64; 2]>) {
         let Some(at) = &start.section else { return (start.along(field), None) };
         let level = Level::of(start.cosine);
-        let added = over_corners(field, start.point, |vertex, principal| {
+        let corners = Corners::of(field, start.point).expect("a corner has an estimate");
+        let [kappa, ahead, aside] = corners.mean_at(|vertex, principal| {
             let between = Between::new(principal, &at.forward, self.azimuths);
             let [before, after] =
                 between.entries.map(|azimuth| self.spoke(field, vertex, azimuth).at(&level));
             std::array::from_fn(|k| before[k] + between.share * (after[k] - before[k]))
         });
-        let [kappa, ahead, aside] = added.unwrap_or_default();
         let rate =
             Ground::new(field, start.point.triangle, at).map(|ground| ground.uv_of([1.0 + ahead, aside]));
         (at.kappa + kappa, rate)

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::baked::BakedMinimum;
 use super::baked_chord::BakedChord;
 use super::chord::{PACE, chord};
+use super::corners::Corners;
+use super::direction::kappa_along;
 use super::march::minimum_past;
 use super::section::Stop;
 use super::skip::SkipBounds;
@@ -156,12 +158,13 @@ impl Filter {
     pub fn ask(&self, field: &CurvatureField<'_>, query: &FilterQuery) -> Option<FilterAnswer> {
         if let Self::Point = self {
             let w = query.w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
-            let kappa = field.kappa_along(query.point, w)?;
-            let across = field.sum_of_principals(query.point)? - kappa;
+            let corners = Corners::of(field, query.point)?;
+            let kappa = corners.mean(|principal| kappa_along(principal, &w));
+            let across = corners.mean(|principal| principal.kappa_max + principal.kappa_min) - kappa;
             return Some(FilterAnswer::without_walk(kappa, across, Stop::NoWalk));
         }
         let start = Start::new(field, query.point, query.w)?;
-        let across = start.across(field);
+        let across = start.across();
         let still = |kappa, stop| FilterAnswer::without_walk(kappa, across, stop);
         if let Self::Baked(table) = self {
             return Some(still(table.kappa(field, &start), Stop::NoWalk));

@@ -112,7 +112,7 @@ mod tests {
             for triangle in 0..mesh.triangles().len() {
                 for barycentric in [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [0.0, 0.25, 0.75]] {
                     let start = SurfacePoint { triangle, barycentric };
-                    let normal = field.normal(start).normalize();
+                    let normal = field.unit_normal(start).unwrap();
                     for turn in 0..8 {
                         // Also along the edges of the grid, where whole edges lie in the plane.
                         let [a, b, _] = mesh.corners(triangle);
@@ -136,7 +136,7 @@ mod tests {
         let mesh = shapes::torus(1.0, 0.4, 40, 20);
         with_field(&mesh, |field, _| {
             let start = SurfacePoint { triangle: 7, barycentric: [0.3, 0.3, 0.4] };
-            let (p, n) = (field.position(start), field.normal(start).normalize());
+            let (p, n) = (field.position(start), field.unit_normal(start).unwrap());
             // Within a half-plane through the axis, which no section leaves by itself.
             let axis = mesh.positions().iter().fold(Vec3::zeros(), |sum, q| sum + q.abs()).imin();
             let axis = Vec3::ith(axis, 1.0);

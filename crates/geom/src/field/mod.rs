@@ -7,6 +7,7 @@ mod azimuths;
 mod baked;
 mod baked_chord;
 mod chord;
+mod corners;
 mod direction;
 mod filter;
 mod front;

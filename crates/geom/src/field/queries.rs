@@ -42,7 +42,7 @@ fn query(field: &CurvatureField<'_>, areas: &[f64], u: [f64; 5], length: WalkLen
     // Folding the square onto the triangle keeps the points even.
     let (x, y) = if u[1] + u[2] > 1.0 { (1.0 - u[1], 1.0 - u[2]) } else { (u[1], u[2]) };
     let point = SurfacePoint { triangle, barycentric: [1.0 - x - y, x, y] };
-    let n = field.normal(point).try_normalize(0.0)?;
+    let n = field.unit_normal(point)?;
     let axis = Vec3::ith(n.iamin(), 1.0);
     let t = (axis - n * n.dot(&axis)).normalize();
     let (sin, cos) = (std::f64::consts::TAU * u[3]).sin_cos();

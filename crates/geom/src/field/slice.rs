@@ -24,7 +24,7 @@ impl CurvatureField<'_> {
     #[must_use]
     pub fn minimum_by_slicing(&self, point: SurfacePoint, w: Vec3, length: f64) -> Option<f64> {
         let origin = self.position(point);
-        let n = self.normal(point).try_normalize(0.0)?;
+        let n = self.unit_normal(point)?;
         let w = w.try_normalize(0.0)?;
         let forward = (n * n.dot(&w) - w).try_normalize(2e-8)?;
         let m = n.cross(&forward).normalize();

@@ -1,6 +1,7 @@
 //! What every filter asks first: the ray's frame at its starting point, and the curvature there.
 
-use super::direction::NORMAL_INCIDENCE_SINE;
+use super::corners::Corners;
+use super::direction::{NORMAL_INCIDENCE_SINE, section_curvature};
 use super::section::Section;
 use super::surface_field::{CurvatureField, SurfacePoint};
 use crate::Vec3;
@@ -17,6 +18,8 @@ pub(super) struct Start {
     w: Vec3,
     /// The plane of ray and normal; `None` at normal incidence.
     pub section: Option<StartSection>,
+    /// Twice the mean curvature.
+    sum_of_principals: f64,
 }
 
 /// The plane in which the ray travels.
@@ -33,10 +36,8 @@ impl Start {
     /// `None` if no corner has an estimate, or `w` has no direction.
     pub fn new(field: &CurvatureField<'_>, point: SurfacePoint, w: Vec3) -> Option<Self> {
         let w = w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
-        if !field.has_estimate(point) {
-            return None;
-        }
-        let normal = field.normal(point).try_normalize(0.0).unwrap_or_default();
+        let corners = Corners::of(field, point)?;
+        let normal = corners.normal().unwrap_or_default();
         let cosine = normal.dot(&w).clamp(0.0, 1.0);
         let tangential = normal * normal.dot(&w) - w;
         // Far below the sine where the point's own curvature is blended, the azimuth of the plane carries no information.
@@ -44,10 +45,11 @@ impl Start {
         let section = has_plane.then(|| {
             let forward = tangential.normalize();
             let plane = Section { origin: field.position(point), normal: normal.cross(&forward).normalize() };
-            let kappa = field.kappa_of_section(point, &plane.normal).expect("a corner has an estimate");
+            let kappa = corners.mean(|principal| section_curvature(principal, &plane.normal));
             StartSection { plane, forward, kappa }
         });
-        Some(Self { point, normal, cosine, w, section })
+        let sum_of_principals = corners.mean(|principal| principal.kappa_max + principal.kappa_min);
+        Some(Self { point, normal, cosine, w, section, sum_of_principals })
     }
 
     /// The ray in the same plane that comes in at another cosine; one without a plane stays as it is.
@@ -63,8 +65,8 @@ impl Start {
     }
 
     /// Curvature across the plane of the section, by Euler's theorem; the mean curvature where there is no plane.
-    pub fn across(&self, field: &CurvatureField<'_>) -> f64 {
-        let sum = field.sum_of_principals(self.point).expect("a corner has an estimate");
+    pub fn across(&self) -> f64 {
+        let sum = self.sum_of_principals;
         self.section.map_or(sum / 2.0, |section| sum - section.kappa)
     }
 

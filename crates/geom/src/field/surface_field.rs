@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::direction::{kappa_along, section_curvature};
+use super::corners::Corners;
+use super::direction::kappa_along;
 use super::march::{self, March};
 use super::start::Start;
 use super::vertex_bend::VertexBend;
@@ -94,11 +95,7 @@ impl<'a> CurvatureField<'a> {
     /// one is left out and the other weights are scaled up.
     #[must_use]
     pub fn tensor(&self, point: SurfacePoint) -> Option<Mat3> {
-        let mut sum = (Mat3::zeros(), 0.0);
-        for (principal, weight) in self.corner_estimates(point) {
-            sum = (sum.0 + principal.tensor() * weight, sum.1 + weight);
-        }
-        (sum.1 > 0.0).then(|| sum.0 / sum.1)
+        Some(Corners::of(self, point)?.mean(Principal::tensor))
     }
 
     /// Curvature along the unit direction `w`: evaluated at each corner by the paper's eqs. 1 and 4 with that corner's own
@@ -106,7 +103,7 @@ impl<'a> CurvatureField<'a> {
     /// as for [`tensor`](Self::tensor). Blended into the mean curvature within about one degree of a corner's normal.
     #[must_use]
     pub fn kappa_along(&self, point: SurfacePoint, w: Vec3) -> Option<f64> {
-        self.interpolate(point, |principal| kappa_along(principal, &w))
+        Some(Corners::of(self, point)?.mean(|principal| kappa_along(principal, &w)))
     }
 
     /// The minimum curvature along the curve in which the plane of `w` and the point's normal cuts the surface, from the
@@ -120,49 +117,11 @@ impl<'a> CurvatureField<'a> {
         Some(march::minimum_past(self, &Start::new(self, point, w)?, length))
     }
 
-    /// Curvature of a plane section at one of its points: each corner's, in the direction in which the plane cuts its
-    /// tangent plane. `normal` is the plane's; `None` where no corner has an estimate.
-    pub(super) fn kappa_of_section(&self, point: SurfacePoint, normal: &Vec3) -> Option<f64> {
-        self.interpolate(point, |principal| section_curvature(principal, normal))
-    }
-
-    /// Twice the mean curvature. `None` as for [`tensor`](Self::tensor).
-    pub(super) fn sum_of_principals(&self, point: SurfacePoint) -> Option<f64> {
-        self.interpolate(point, |principal| principal.kappa_max + principal.kappa_min)
-    }
-
-    pub(super) fn interpolate(&self, point: SurfacePoint, value: impl Fn(&Principal) -> f64) -> Option<f64> {
-        let mut sum = (0.0, 0.0);
-        for (principal, weight) in self.corner_estimates(point) {
-            sum = (sum.0 + value(principal) * weight, sum.1 + weight);
-        }
-        (sum.1 > 0.0).then(|| sum.0 / sum.1)
-    }
-
     /// The unit normal of the fitted surface, interpolated: what filters measure a ray's elevation against. `None` where no
     /// corner has an estimate, or the corners' normals cancel.
     #[must_use]
     pub fn unit_normal(&self, point: SurfacePoint) -> Option<Vec3> {
-        self.normal(point).try_normalize(0.0)
-    }
-
-    /// The normal of the fitted surface, interpolated; not unit.
-    pub(super) fn normal(&self, point: SurfacePoint) -> Vec3 {
-        self.corner_estimates(point).map(|(principal, weight)| principal.normal() * weight).sum()
-    }
-
-    /// Whether a corner that has a share in the point has an estimate.
-    pub(super) fn has_estimate(&self, point: SurfacePoint) -> bool {
-        self.corner_estimates(point).next().is_some()
-    }
-
-    fn corner_estimates(&self, point: SurfacePoint) -> impl Iterator<Item = (&Principal, f64)> {
-        let corners = self.surface.triangles()[point.triangle];
-        let estimate = |(vertex, weight): (u32, f64)| {
-            let principal = self.curvature[vertex as usize].principal.as_ref()?;
-            (weight > 0.0).then_some((principal, weight))
-        };
-        corners.into_iter().zip(point.barycentric).filter_map(estimate)
+        Corners::of(self, point)?.normal()
     }
 
     /// The estimate at a surface vertex.

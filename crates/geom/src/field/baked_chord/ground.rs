@@ -1,6 +1,5 @@
 //! [`Ground`]: UV rates as ways along a triangle, so that a table's hold in every chart.
 
-use crate::Vec3;
 use crate::field::start::StartSection;
 use crate::field::surface_field::CurvatureField;
 
@@ -18,20 +17,19 @@ impl Ground {
         let edges = [b - a, c - a];
         let normal = edges[0].cross(&edges[1]);
         let squared = normal.norm_squared();
+        // The inner products with these are a vector's shares of both edges.
+        let duals = [edges[1].cross(&normal) / squared, normal.cross(&edges[0]) / squared];
+        let gradients =
+            [0, 1].map(|k| duals[0] * (uvs[1][k] - uvs[0][k]) + duals[1] * (uvs[2][k] - uvs[0][k]));
         let ahead = at.plane.normal.cross(&normal);
-        // The triangle may be turned over.
-        let ahead = ahead * ahead.dot(&at.forward).signum();
+        // As long as `ahead` times the normal.
         let aside = at.plane.normal * squared - normal * normal.dot(&at.plane.normal);
-        let along = |axis: Vec3| {
-            let unit = axis.try_normalize(0.0)?;
-            // Shares of both edges in the unit vector.
-            let shares =
-                [unit.cross(&edges[1]).dot(&normal), edges[0].cross(&unit).dot(&normal)].map(|x| x / squared);
-            let rate =
-                [0, 1].map(|k| shares[0] * (uvs[1][k] - uvs[0][k]) + shares[1] * (uvs[2][k] - uvs[0][k]));
-            rate.iter().all(|x| x.is_finite()).then_some(rate)
-        };
-        Some(Self { uv_from_axes: [along(ahead)?, along(aside)?] })
+        let length = ahead.norm();
+        // The triangle may be turned over.
+        let ahead = ahead * (ahead.dot(&at.forward).signum() / length);
+        let aside = aside / (length * squared.sqrt());
+        let uv_from_axes = [ahead, aside].map(|axis| gradients.map(|gradient| gradient.dot(&axis)));
+        uv_from_axes.iter().flatten().all(|x| x.is_finite()).then_some(Self { uv_from_axes })
     }
 
     pub fn uv_of(&self, [ahead, aside]: [f64; 2]) -> [f64; 2] {

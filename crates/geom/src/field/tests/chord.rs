@@ -66,7 +66,7 @@ fn first_rise(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
 
 /// The direction to a viewer with this cosine to the normal, whose rays travel into this azimuth.
 fn towards_viewer(field: &CurvatureField<'_>, point: SurfacePoint, cosine: f64, azimuth: f64) -> Vec3 {
-    let n = field.normal(point).normalize();
+    let n = field.unit_normal(point).unwrap();
     let x = n.cross(&Vec3::ith(n.iamin(), 1.0)).normalize();
     let forward = x * azimuth.cos() + n.cross(&x) * azimuth.sin();
     n * cosine - forward * (1.0 - cosine * cosine).sqrt()
@@ -194,7 +194,7 @@ fn chord_obliquely_across_a_cylinder() {
     let field = exact(&mesh, on_cylinder);
     for row in 40..56 {
         let point = vertex(2 * (96 * row + (row * 7) % 96));
-        let n = field.normal(point).normalize();
+        let n = field.unit_normal(point).unwrap();
         let around = Vec3::y().cross(&n);
         for cosine in [0.02_f64, 0.1, 0.3, 0.7] {
             for turn in [0.0_f64, 0.4, 0.9, 2.0, 3.5] {

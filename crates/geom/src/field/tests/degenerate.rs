@@ -43,7 +43,7 @@ fn degenerate_rays_have_defined_answers() {
 }
 
 fn check_degenerate(field: &CurvatureField<'_>, filter: &Filter, point: SurfacePoint) {
-    let Some(normal) = field.normal(point).try_normalize(0.0) else { return };
+    let Some(normal) = field.unit_normal(point) else { return };
     let [a, b, c] = field.surface().corners(point.triangle);
     // Along all three edges, both ways, and askew.
     for tangent in [b - a, a - b, c - b, b - c, a - c, c - a, (b - a) * 0.3 + (c - a)] {
