@@ -35,6 +35,30 @@ fn estimate_takes_at_most_200_bytes_a_vertex() {
         }
     }
     memory_grows_in_proportion();
+    a_scattered_mesh_takes_little_more();
+}
+
+/// Its copy in another order is given back, as far as it can be, before there is a result.
+#[expect(clippy::print_stdout, reason = "these are the figures that the documents quote")]
+fn a_scattered_mesh_takes_little_more() {
+    /// Prime, and so coprime to the number of vertices.
+    const STEP: u64 = 16_411;
+    let mesh = shapes::torus(1.0, 0.4, 500, 200);
+    let count = mesh.positions().len() as u64;
+    let place = |vertex: u64| vertex * STEP % count;
+    let mut positions = mesh.positions().to_vec();
+    for (vertex, position) in (0..).zip(mesh.positions()) {
+        positions[usize::try_from(place(vertex)).expect("a small number")] = *position;
+    }
+    let moved = |v: u32| u32::try_from(place(v.into())).expect("a small number");
+    let triangles = mesh.triangles().iter().map(|t| t.map(moved)).collect();
+    let scattered = Mesh::new(positions, triangles).expect("the same mesh");
+    for method in Method::ALL {
+        let options = CurvatureOptions { method, ..CurvatureOptions::default() };
+        let bytes = bytes_per_vertex(&scattered, &options, 2);
+        assert!(bytes < 200.0, "{method:?}: {bytes:.0} bytes a vertex");
+        println!("{method:?}, vertices in a scattered order: {bytes:.0} bytes a vertex");
+    }
 }
 
 /// From 100 to 500 thousand vertices (two million give the same figures, and take four times as long; `osculate study curvature

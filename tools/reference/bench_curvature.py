@@ -2,14 +2,15 @@
 
     cargo build --release -p osculate-geom --example estimate_rate
     bench_curvature.py DIR [--estimate-rate target/release/examples/estimate_rate] [--sizes 30000 500000] [--rings 2 5]
-                       [--rounds 7] [-o REPORT.json]
+                       [--rounds 7] [--scattered] [-o REPORT.json]
 
 The programs take turns: in every round libigl, then each estimator of osculate on one thread and on all, and as many
 processes of one thread at once, which is the most that threads can gain on this machine. Each makes
 several estimates in one process, of which the median counts; the first, which finds caches, memory and threads
 cold, does not (libigl is given one run at five rings and more on a large mesh, which takes it long enough not to
 matter). What is timed is the estimate alone on both sides, neither reading nor writing. Printed are the median of the
-rounds in microseconds a vertex with minimum and maximum, and the median of the rounds' ratios.
+rounds in microseconds a vertex with minimum and maximum, and the median of the rounds' ratios. With --scattered vertices and
+triangles of all meshes are in random order.
 """
 
 import argparse
@@ -52,13 +53,14 @@ def main():
     parser.add_argument("--sizes", type=int, nargs="+", default=[30_000, 500_000])
     parser.add_argument("--rings", type=int, nargs="+", default=[2, 5])
     parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--scattered", action="store_true")
     parser.add_argument("-o", "--output", type=Path)
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     rows = []
     print("| mesh | rings | | us a vertex (min-max) | times libigl |\n|---|---|---|---|---|")
     for size in args.sizes:
-        path = time_libigl.mesh(args.folder, size)
+        path = time_libigl.mesh(args.folder, size, args.scattered)
         for rings in args.rings:
             seconds = {}
             for _ in range(args.rounds):

@@ -31,13 +31,18 @@ import shapes
 LARGE = 100_000
 
 
-def mesh(folder, n):
-    """Path of the torus with about n vertices, written if it is not there."""
-    path = folder / f"torus_{n}.ply"
+def mesh(folder, n, scattered=False):
+    """Path of the torus with about n vertices, written if it is not there; its vertices and triangles in random order if `scattered`."""
+    path = folder / (f"scattered_torus_{n}.ply" if scattered else f"torus_{n}.ply")
     if not path.exists():
+        random = np.random.default_rng(n)
         rows = round((2 * n) ** 0.5)
         columns = round(n / rows)
-        shapes.write_ply(path, *shapes.torus(1.0, 0.45, rows, columns, np.random.default_rng(n)))
+        V, F = shapes.torus(1.0, 0.45, rows, columns, random)
+        if scattered:
+            order = random.permutation(len(V))
+            V, F = V[order], random.permutation(np.argsort(order)[F])
+        shapes.write_ply(path, V, F)
     return path
 
 

@@ -34,8 +34,14 @@ const PRUNINGS: u32 = 3;
 pub(super) struct Cut {
     pub(super) positions: Vec<Vec3>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Copies of each vertex on a crease, largest angle first. Where a crease ends there is only the vertex itself.
-    copies: HashMap<u32, Vec<u32>>,
+    pub(super) copies: Copies,
+}
+
+/// What became of the vertices on creases.
+#[derive(Debug)]
+pub(super) struct Copies {
+    /// Copies of each, largest angle first. Where a crease ends there is only the vertex itself.
+    of: HashMap<u32, Vec<u32>>,
     /// Those of them that lie on the surface's own boundary.
     on_boundary: HashSet<u32>,
 }
@@ -67,12 +73,9 @@ impl Cut {
         let mut on_crease: Vec<u32> = creases.iter().flat_map(|&(a, b)| [a, b]).collect();
         on_crease.sort_unstable();
         on_crease.dedup();
-        let mut cut = Self {
-            positions: positions.to_vec(),
-            triangles: triangles.to_vec(),
-            copies: HashMap::new(),
-            on_boundary: on_crease.iter().copied().filter(|&v| sides.is_boundary(v)).collect(),
-        };
+        let on_boundary = on_crease.iter().copied().filter(|&v| sides.is_boundary(v)).collect();
+        let copies = Copies { of: HashMap::new(), on_boundary };
+        let mut cut = Self { positions: positions.to_vec(), triangles: triangles.to_vec(), copies };
         for vertex in on_crease {
             cut.split(vertex, sides.sectors(vertex, &creases));
         }
@@ -94,12 +97,14 @@ impl Cut {
                 }
             }
         }
-        self.copies.insert(vertex, copies);
+        self.copies.of.insert(vertex, copies);
     }
+}
 
+impl Copies {
     /// The estimates of `count` vertices from those of the cut surface.
     pub(super) fn join(&self, mut estimates: Vec<VertexCurvature>, count: usize) -> Vec<VertexCurvature> {
-        for (&vertex, copies) in &self.copies {
+        for (&vertex, copies) in &self.of {
             let best = copies.iter().map(|&copy| estimates[copy as usize]).find(|e| e.principal.is_some());
             if let Some(best) = best {
                 // That the side ends here is what the cut made of it, but for the surface's own boundary.
@@ -316,7 +321,7 @@ mod tests {
         }
         assert!(cut(&shapes::icosphere(1.0, 1)).is_none());
         let noisy = shapes::study::add_noise(&shapes::icosphere(1.0, 4), 0.2, 3);
-        let found = cut(&noisy).map_or(0, |cut| cut.copies.len());
+        let found = cut(&noisy).map_or(0, |cut| cut.copies.of.len());
         assert!(found * 100 < noisy.positions().len(), "{found} of {}", noisy.positions().len());
     }
 
@@ -331,6 +336,6 @@ mod tests {
         let mesh = Mesh::new((0..8).map(p).collect(), triangles).unwrap();
         let cut = cut(&mesh).unwrap();
         assert_eq!(cut.positions.len(), 24);
-        assert!(cut.copies.values().all(|copies| copies.len() == 3));
+        assert!(cut.copies.of.values().all(|copies| copies.len() == 3));
     }
 }

@@ -75,7 +75,7 @@ fn gather(vertex: u32, neighbourhood: Neighbourhood, scratch: &mut Scratch<'_>) 
 fn frame(prepared: &Prepared<'_>, vertex: u32) -> Option<Frame> {
     let n = prepared.normal(vertex);
     let &first = prepared.ring.row(vertex).first()?;
-    let edge = prepared.positions[first as usize] - prepared.positions[vertex as usize];
+    let edge = prepared.positions()[first as usize] - prepared.positions()[vertex as usize];
     let t = unit(&(edge - n * n.dot(&edge)))?;
     let s = unit(&n.cross(&t))?;
     Some(Frame { t, s, n })
@@ -90,13 +90,13 @@ fn unit(v: &Vec3) -> Option<Vec3> {
 /// The members as points, of weight one where the projection-plane rule keeps them and zero where it does not.
 fn project(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) {
     let Scratch { walker, points, .. } = scratch;
-    let origin = prepared.positions[vertex as usize];
+    let origin = prepared.positions()[vertex as usize];
     let mut facing = 0;
     points.clear(walker.members().len());
     for &member in walker.members() {
         let faces = dot(&prepared.normal(member), &frame.n) > 0.0;
         facing += usize::from(faces);
-        points.push(&(prepared.positions[member as usize] - origin), f64::from(u8::from(faces)));
+        points.push(&(prepared.positions()[member as usize] - origin), f64::from(u8::from(faces)));
     }
     if facing < LEAST_MEMBERS {
         points.weights_mut().fill(1.0);

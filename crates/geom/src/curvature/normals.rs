@@ -62,12 +62,12 @@ pub(super) fn estimate_vertex(
     if ring.len() < LEAST_POINTS - 1 && scratch.walker.rings(vertex, 2).len() < LEAST_POINTS {
         return VertexCurvature::undetermined(Status::FewNeighbours);
     }
-    let origin = prepared.positions[vertex as usize];
-    let length = ring.iter().map(|&v| (prepared.positions[v as usize] - origin).amax()).fold(0.0, f64::max);
+    let origin = prepared.positions()[vertex as usize];
+    let length = ring.iter().map(|&v| (prepared.positions()[v as usize] - origin).amax()).fold(0.0, f64::max);
     let frame = Frame::around(prepared.normal(vertex));
     scratch.faces.clear();
     for &triangle in prepared.incident.row(vertex as usize) {
-        scratch.faces.extend(face(prepared, vertex, prepared.triangles[triangle as usize], &frame, length));
+        scratch.faces.extend(face(prepared, vertex, prepared.triangles()[triangle as usize], &frame, length));
     }
     match mean(&scratch.faces, &frame, length) {
         Some((principal, error)) => {
@@ -91,7 +91,7 @@ fn face(
     if n1 == Vec3::zeros() || n2 == Vec3::zeros() {
         return None;
     }
-    let edge = |v: u32| (prepared.positions[v as usize] - prepared.positions[a as usize]) / length;
+    let edge = |v: u32| (prepared.positions()[v as usize] - prepared.positions()[a as usize]) / length;
     let (x1, x2) = (edge(b), edge(c));
     let normal = x1.cross(&x2).try_normalize(0.0)?;
     let own = Frame::around(normal);

@@ -58,9 +58,9 @@ pub(crate) fn estimate_vertex(
 /// unweighted one on as many rings (by a third to a half where noise dominates). More rings make up for it.
 fn weigh(prepared: &Prepared<'_>, vertex: u32, frame: &Frame, scratch: &mut Scratch<'_>) -> usize {
     let Scratch { walker, points, .. } = scratch;
-    let origin = prepared.positions[vertex as usize];
+    let origin = prepared.position(vertex);
     let members = walker.members();
-    let offset = |member: u32| prepared.positions[member as usize] - origin;
+    let offset = |member: u32| prepared.position(member) - origin;
     let push = |points: &mut Points, member: u32, squared: f64| {
         let facing = frame.n.dot(&prepared.normal(member));
         if facing > 0.0 {

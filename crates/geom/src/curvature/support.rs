@@ -109,11 +109,11 @@ pub(super) fn grow_rings(
     walker.grow_rings(rings);
     let members = walker.members();
     cloud.reserve(members.len());
-    let origin = prepared.positions[vertex as usize];
+    let origin = prepared.positions()[vertex as usize];
     for (ring, &end) in walker.ring_ends().iter().enumerate() {
         // Empty for rings that are in the cloud already.
         for &member in &members[cloud.len().min(end)..end] {
-            let offset = prepared.positions[member as usize] - origin;
+            let offset = prepared.positions()[member as usize] - origin;
             cloud.push(&offset, &prepared.normal(member), (ring * ring) as f64);
         }
     }
@@ -139,8 +139,8 @@ pub(super) fn gather(
     }
     scratch.walker.gather(vertex, neighbourhood);
     let Scratch { walker, cloud, order, .. } = scratch;
-    let origin = prepared.positions[vertex as usize];
-    let offset = |member: u32| prepared.positions[member as usize] - origin;
+    let origin = prepared.positions()[vertex as usize];
+    let offset = |member: u32| prepared.positions()[member as usize] - origin;
     let members = walker.members();
     // Relative to the largest difference, so that squares neither overflow nor vanish.
     let largest = members.iter().map(|&m| offset(m).amax()).fold(f64::MIN_POSITIVE, f64::max);

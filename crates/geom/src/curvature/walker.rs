@@ -29,7 +29,7 @@ impl<'a> Walker<'a> {
         Self {
             positions,
             ring,
-            stamp: vec![0; positions.len()],
+            stamp: vec![0; ring.len()],
             generation: 0,
             buffer: vec![0; 128],
             count: 0,

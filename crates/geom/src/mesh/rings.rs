@@ -26,6 +26,11 @@ impl Rings {
         Self { slots, crowded, block }
     }
 
+    /// Vertices that have a row.
+    pub(crate) fn len(&self) -> usize {
+        self.slots.len()
+    }
+
     /// The neighbours of one vertex.
     ///
     /// # Panics

@@ -67,7 +67,7 @@ impl Batch {
         let Self { estimates, octet, rows, .. } = self;
         octet.begin(rings, index_u32(first));
         let mut gathered = 0_u8;
-        for lane in 0..GROUP.min(prepared.positions.len() - first) {
+        for lane in 0..GROUP.min(prepared.sites.len() - first) {
             if eligible(first + lane) && octet.gather(lane, index_u32(first + lane), walker) {
                 gathered |= 1 << lane;
             }
@@ -102,7 +102,7 @@ mod tests {
         let neighbourhood = Some(Neighbourhood::Rings(rings));
         let options =
             CurvatureOptions { method: Method::Quadric, neighbourhood, ..CurvatureOptions::default() };
-        Prepared::new(positions, triangles, incident, survey, &options)
+        Prepared::new(positions.into(), triangles.into(), incident, survey, &options)
     }
 
     /// Irregular and random, with valences of 3 to 10 and more; with a boundary; noisy.

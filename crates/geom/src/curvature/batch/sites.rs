@@ -30,6 +30,13 @@ impl Site {
         &self.normal
     }
 
+    /// The position as a vector.
+    #[inline]
+    pub(crate) fn position_vector(&self) -> Vec3 {
+        let [x, y, z, _] = self.position;
+        Vec3::new(x, y, z)
+    }
+
     /// The normal as a vector.
     #[inline]
     pub(crate) fn normal_vector(&self) -> Vec3 {
