@@ -60,7 +60,7 @@ pub struct BakedChordError {
 
 impl BakedChord {
     /// Directions per vertex, by default.
-    pub const AZIMUTHS: usize = 16;
+    pub const AZIMUTHS: usize = 12;
 
     /// Follows chords from every vertex in `azimuths` directions, evenly spaced from the direction of the larger principal curvature, and
     /// at six elevations each. `walk` is how far they go.

@@ -171,7 +171,7 @@ fn advice(results: &[MeshResult]) -> Section {
                 take("baked", "16", "`baked` with 16 azimuths, a table of the same minimum: take it when time counts more than the worst rays. Its time does not depend on how far the filter looks. It is far off where the curvature is close to zero, because errors are relative, and at creases that are as fine as the triangles."),
                 take("point", "", "`point`, no filter: take it where the material is shallow against all radii of the surface, or for comparison."),
                 format!("`chord`, the circle with the ray's own entry angle and exit distance: take it for silhouettes. It is another quantity than the minimum, so it has no error against that; it also returns the UV rate along the ray. A query costs {}.", ratios(results, "chord", "")),
-                take("baked_chord", "16", "`baked_chord`, a table of chords in 16 azimuths and at six elevations: take it for long renderings. Its errors are against the chord."),
+                take("baked_chord", "12", "`baked_chord`, a table of chords in 12 azimuths and at six elevations: take it for long renderings. Its errors are against the chord."),
             ]),
             Block::Text("A bound baked per triangle lets `march` leave out a walk where it can change the curvature by no more than a tolerance. The tables below show how often that is so. The bound is proved, so it is cautious: on meshes that bend everywhere it leaves out few walks.".to_owned()),
         ],
