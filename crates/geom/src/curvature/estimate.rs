@@ -17,7 +17,7 @@ use super::{
     auto, jet, libigl, quadric,
 };
 use crate::Vec3;
-use crate::mesh::{Adjacency, Fan, Renumbered, Rings, Surface, Survey, index_u32};
+use crate::mesh::{Adjacency, Fan, Renumbered, Rings, Surface, Survey, index_u32, inverse};
 
 /// Fewest vertices handled by one task.
 const BLOCK: usize = 1024;
@@ -56,10 +56,7 @@ fn estimate_in_pool(surface: &Surface<'_>, options: &CurvatureOptions) -> Vec<Ve
         None => estimate_cut(Cow::Borrowed(positions), Cow::Borrowed(triangles), options),
         Some(Renumbered { positions, triangles, originals }) => {
             let estimates = estimate_cut(Cow::Owned(positions), Cow::Owned(triangles), options);
-            let mut copies = vec![0; originals.len()];
-            for (copy, original) in originals.into_iter().enumerate() {
-                copies[original as usize] = index_u32(copy);
-            }
+            let copies = inverse(&originals);
             copies.into_par_iter().with_min_len(BLOCK).map(|copy| estimates[copy as usize]).collect()
         }
     }

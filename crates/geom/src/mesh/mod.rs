@@ -15,7 +15,7 @@ mod weld;
 pub use adjacency::Adjacency;
 pub(crate) use fans::Fan;
 pub use normals::{angle_weighted_normals, area_weighted_normals, smooth_normals, triangle_normal};
-pub(crate) use renumbered::Renumbered;
+pub(crate) use renumbered::{Renumbered, inverse};
 pub(crate) use rings::{Rings, SLOT};
 pub(crate) use survey::Survey;
 pub use topology::{Orientation, Topology};

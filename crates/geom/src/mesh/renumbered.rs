@@ -41,16 +41,22 @@ impl Renumbered {
         let mut keys: Vec<(u64, u32)> = positions.par_iter().enumerate().map(key).collect();
         keys.par_sort_unstable();
         let originals: Vec<u32> = keys.into_par_iter().map(|(_, vertex)| vertex).collect();
-        let mut copies = vec![0; originals.len()];
-        for (copy, &original) in originals.iter().enumerate() {
-            copies[original as usize] = index_u32(copy);
-        }
+        let copies = inverse(&originals);
         let mut triangles: Vec<[u32; 3]> =
             triangles.par_iter().map(|triangle| triangle.map(|vertex| copies[vertex as usize])).collect();
         triangles.par_sort_unstable_by_key(|&triangle| (triangle.into_iter().min(), triangle));
         let positions = originals.par_iter().map(|&original| positions[original as usize]).collect();
         Self { positions, triangles, originals }
     }
+}
+
+/// Where each number stands in an order of all numbers.
+pub(crate) fn inverse(order: &[u32]) -> Vec<u32> {
+    let mut places = vec![0; order.len()];
+    for (place, &number) in order.iter().enumerate() {
+        places[number as usize] = index_u32(place);
+    }
+    places
 }
 
 /// How far the ends of an edge are from each other, in numbers of vertices and in length: the means over a sample.
