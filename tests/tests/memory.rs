@@ -1,22 +1,24 @@
 //! Peak memory of an estimate, beyond the mesh. The only test of its binary, so that nothing else allocates beside it.
 
+use std::alloc::System;
+
 use osculate_geom::Mesh;
 use osculate_geom::curvature::{CurvatureOptions, Method, Neighbourhood, estimate};
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::shapes;
+use peakmem_alloc::{INSTRUMENTED_SYSTEM, PeakMemAlloc, PeakMemAllocTrait};
 
 #[global_allocator]
-static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
+static ALLOCATOR: &PeakMemAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Bytes a vertex on so many threads.
 fn bytes_per_vertex(mesh: &Mesh, options: &CurvatureOptions, threads: usize) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-    ALLOCATOR.reset_peak_usage();
-    let before = ALLOCATOR.current_usage();
+    ALLOCATOR.reset_peak_memory();
     let surface = Surface::new(mesh, Weld::Exact);
     let estimates = pool.install(|| estimate(&surface, options)).expect("valid options");
     assert_eq!(estimates.len(), mesh.positions().len());
-    (ALLOCATOR.peak_usage() - before) as f64 / mesh.positions().len() as f64
+    ALLOCATOR.get_peak_memory() as f64 / mesh.positions().len() as f64
 }
 
 #[test]

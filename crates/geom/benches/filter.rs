@@ -8,7 +8,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use osculate_geom::Mesh;
 use osculate_geom::curvature::{CurvatureOptions, estimate};
 use osculate_geom::field::{
-    BakedChord, CurvatureField, Filter, FilterQuery, SkipBounds, WalkLength, bake_minimum, spread_queries,
+    BakedChord, BakedMinimum, CurvatureField, Filter, FilterQuery, SkipBounds, WalkLength, spread_queries,
 };
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::rays::{Bvh, Ray, to_f32};
@@ -35,7 +35,7 @@ fn filters(c: &mut Criterion) {
             ("point", Filter::Point),
             ("march", Filter::March),
             ("march_within", Filter::MarchWithin { bounds, tolerance }),
-            ("baked", Filter::Baked(Arc::new(bake_minimum(&field, 16, length)))),
+            ("baked", Filter::Baked(Arc::new(BakedMinimum::new(&field, 16, length)))),
             ("chord", Filter::Chord),
             ("baked_chord", Filter::BakedChord(Arc::new(BakedChord::new(&field, 16, length)))),
         ] {
@@ -60,7 +60,7 @@ fn filters(c: &mut Criterion) {
     });
     group.finish();
     c.bench_function("filter_bake/16", |b| {
-        b.iter(|| bake_minimum(&field, 16, WalkLength::Fixed(0.1)));
+        b.iter(|| BakedMinimum::new(&field, 16, WalkLength::Fixed(0.1)));
     });
     c.bench_function("filter_bounds", |b| b.iter(|| SkipBounds::new(&field, 0.1)));
 }

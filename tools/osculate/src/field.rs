@@ -7,7 +7,7 @@ use osculate_geom::Mesh;
 use osculate_geom::bake::BakedMesh;
 use osculate_geom::curvature::VertexCurvature;
 use osculate_geom::field::{
-    BakedChord, CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength, bake_minimum,
+    BakedChord, BakedMinimum, CurvatureField, Filter, FilterKind, FilterQuery, SurfacePoint, WalkLength,
 };
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_render::scene::{DirectionalCurvature, RayCurvature};
@@ -66,10 +66,12 @@ impl OwnedField {
         Self { field, filter, walk }
     }
 
-    /// Follows all chords of a table that is otherwise made where it is asked for.
+    /// Makes the whole of a table that is otherwise made where it is asked for.
     pub fn fill_table(&self) {
-        if let Filter::BakedChord(table) = &self.filter {
-            table.fill(&self.field);
+        match &self.filter {
+            Filter::Baked(table) => table.fill(&self.field),
+            Filter::BakedChord(table) => table.fill(&self.field),
+            _ => {}
         }
     }
 
@@ -89,7 +91,7 @@ fn made(field: &CurvatureField<'_>, filter: FilterKind, walk: WalkLength) -> Fil
     match filter {
         FilterKind::Point => Filter::Point,
         FilterKind::March => Filter::March,
-        FilterKind::Baked => Filter::Baked(Arc::new(bake_minimum(field, AZIMUTHS, walk))),
+        FilterKind::Baked => Filter::Baked(Arc::new(BakedMinimum::on_demand(field, AZIMUTHS, walk))),
         FilterKind::Chord => Filter::Chord,
         FilterKind::BakedChord => {
             Filter::BakedChord(Arc::new(BakedChord::on_demand(field, BakedChord::AZIMUTHS, walk)))

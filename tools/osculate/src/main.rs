@@ -28,13 +28,15 @@ mod protocol;
 mod report;
 mod study;
 
+use std::alloc::System;
 use std::process::ExitCode;
 
 use clap::Parser;
+use peakmem_alloc::{INSTRUMENTED_SYSTEM, PeakMemAlloc};
 
-/// Counts, so that a study can say what an estimate allocates; two relaxed atomic additions an allocation.
+/// Counts, so that a study can say what an estimate allocates; two atomic operations an allocation.
 #[global_allocator]
-static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
+static ALLOCATOR: &PeakMemAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 fn main() -> ExitCode {
     // Prints help and usage errors by itself, with exit codes 0 and 2.

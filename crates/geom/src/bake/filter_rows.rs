@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::field::{BakedError, BakedMinimum, CurvatureField, SkipBounds, WalkLength, bake_minimum};
+use crate::field::{BakedError, BakedMinimum, CurvatureField, SkipBounds, WalkLength};
 use crate::mesh::Surface;
 
 /// How the filter is baked.
@@ -57,7 +57,7 @@ impl FilterRows {
     pub fn bake(field: &CurvatureField<'_>, options: &FilterOptions) -> (Self, FilterRecord) {
         let (surface, diagonal) = (field.surface(), field.diagonal());
         let walk = options.walk.unwrap_or_else(|| WalkLength::of_mesh(diagonal));
-        let table = bake_minimum(field, options.azimuths, walk);
+        let table = BakedMinimum::new(field, options.azimuths, walk);
         let bounds = SkipBounds::new(field, walk.nominal(diagonal));
         let longest = table.walk().longest(diagonal);
         let error = if longest <= bounds.length() {
@@ -65,7 +65,8 @@ impl FilterRows {
         } else {
             table.error(field, &SkipBounds::new(field, longest), ERROR_QUERIES)
         };
-        let rows = (0..surface.positions().len()).map(|v| table.row(v).to_vec()).collect();
+        let row = |vertex| table.row(vertex).expect("the table is filled");
+        let rows = (0..surface.positions().len()).map(row).collect();
         let lowering = surface.spread::<Vec<f32>>(rows).concat();
         let bound = surface.spread(bounds.per_vertex(surface));
         let record = FilterRecord {

@@ -189,7 +189,7 @@ fn a_baked_filter_is_that_of_the_field_on_all_copies() {
         baked.filter().unwrap().minimum(field.surface(), record.walk),
         baked.filter().unwrap().bounds(field.surface(), record.bound_length),
     );
-    assert_eq!(table, crate::field::bake_minimum(&field, 8, WalkLength::Fixed(0.3)));
+    assert_eq!(table, BakedMinimum::new(&field, 8, WalkLength::Fixed(0.3)));
     let direct = crate::field::SkipBounds::new(&field, 0.3);
     for triangle in 0..field.surface().triangles().len() {
         assert!(bounds.bound(triangle) >= direct.bound(triangle));

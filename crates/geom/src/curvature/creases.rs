@@ -293,7 +293,7 @@ mod tests {
 
     fn cut(mesh: &Mesh) -> Option<Cut> {
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
-        let survey = Survey::new(mesh.positions(), mesh.triangles(), &incident, LEAST_TURN_COSINE);
+        let survey = <Survey>::new(mesh.positions(), mesh.triangles(), &incident, LEAST_TURN_COSINE);
         Cut::along_creases(mesh.positions(), mesh.triangles(), &incident, &survey.turning)
     }
 

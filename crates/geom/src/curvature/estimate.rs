@@ -12,12 +12,13 @@ use super::local_fit::Cloud;
 use super::moments::Points;
 use super::normals;
 use super::walker::Walker;
+use super::workspace::{Kept, Workspace};
 use super::{
     CurvatureOptions, Features, Method, Neighbourhood, OptionsError, Status, VertexCurvature, algebraic,
     auto, jet, libigl, quadric,
 };
 use crate::Vec3;
-use crate::mesh::{Adjacency, Fan, Renumbered, Rings, Surface, Survey, index_u32, inverse};
+use crate::mesh::{Adjacency, Fan, Lookahead, Renumbered, Rings, Surface, Survey, index_u32, inverse};
 
 /// Fewest vertices handled by one task.
 const BLOCK: usize = 1024;
@@ -33,7 +34,7 @@ const BLOCK: usize = 1024;
 /// Memory beyond the surface, on a closed mesh of valence 6: 32 bytes a vertex for adjacency, 25 for normals and fans (65 for
 /// [`Method::Quadric`], which keeps positions beside the normals), 88 for the result, and 4 a vertex and thread for the walks;
 /// 28 more with [`Method::Normals`]. Before the result is there, the tables of triangles, neighbours and normals take 85 while they
-/// are built, and looking for creases, where there are many, 133. Where there are creases, the cut surface is a copy (48), and so is a mesh in
+/// are built (125 for [`Method::Quadric`]), and looking for creases, where there are many, 133 (173). Where there are creases, the cut surface is a copy (48), and so is a mesh in
 /// another order (52), of which 4 to 28 are left when the result is there.
 ///
 /// # Errors
@@ -43,19 +44,37 @@ pub fn estimate(
     surface: &Surface<'_>,
     options: &CurvatureOptions,
 ) -> Result<Vec<VertexCurvature>, OptionsError> {
-    options.validate()?;
-    // Steps that follow each other are begun by a thread of the pool: a thread outside would fall asleep and wake up with every one.
-    Ok(rayon::scope(|_| estimate_in_pool(surface, options)))
+    estimate_with(&mut Workspace::for_one(), surface, options)
 }
 
-fn estimate_in_pool(surface: &Surface<'_>, options: &CurvatureOptions) -> Vec<VertexCurvature> {
+pub(super) fn estimate_with(
+    workspace: &mut Workspace,
+    surface: &Surface<'_>,
+    options: &CurvatureOptions,
+) -> Result<Vec<VertexCurvature>, OptionsError> {
+    options.validate()?;
+    // Steps that follow each other are begun by a thread of the pool: a thread outside would fall asleep and wake up with every one.
+    Ok(rayon::scope(|_| estimate_in_pool(workspace, surface, options)))
+}
+
+/// Rings of fits in groups, if they are.
+fn groups(options: &CurvatureOptions) -> Option<usize> {
+    if options.method == Method::Quadric { batch::rings_of(options.neighbourhood()) } else { None }
+}
+
+fn estimate_in_pool(
+    workspace: &mut Workspace,
+    surface: &Surface<'_>,
+    options: &CurvatureOptions,
+) -> Vec<VertexCurvature> {
+    let estimate = if groups(options).is_some() { estimate_cut::<Site> } else { estimate_cut::<Vec3> };
     let (positions, triangles) = (surface.positions(), surface.triangles());
     // What libigl returns hangs on the numbering. `Normals` reads triangles to the end: with a copy of them it would take over 200 bytes a vertex.
     let may_be_renumbered = !matches!(options.method, Method::Libigl | Method::Normals);
     match may_be_renumbered.then(|| Renumbered::of(positions, triangles)).flatten() {
-        None => estimate_cut(Cow::Borrowed(positions), Cow::Borrowed(triangles), options),
+        None => estimate(workspace, Cow::Borrowed(positions), Cow::Borrowed(triangles), options),
         Some(Renumbered { positions, triangles, originals }) => {
-            let estimates = estimate_cut(Cow::Owned(positions), Cow::Owned(triangles), options);
+            let estimates = estimate(workspace, Cow::Owned(positions), Cow::Owned(triangles), options);
             let copies = inverse(&originals);
             copies.into_par_iter().with_min_len(BLOCK).map(|copy| estimates[copy as usize]).collect()
         }
@@ -63,43 +82,59 @@ fn estimate_in_pool(surface: &Surface<'_>, options: &CurvatureOptions) -> Vec<Ve
 }
 
 /// Cuts the surface along its creases, if it has any, and if they are to be kept.
-fn estimate_cut(
+fn estimate_cut<N: Kept>(
+    workspace: &mut Workspace,
     positions: Cow<'_, [Vec3]>,
     triangles: Cow<'_, [[u32; 3]]>,
     options: &CurvatureOptions,
 ) -> Vec<VertexCurvature> {
     let count = positions.len();
     let keep = options.features == Features::Keep && options.method != Method::Libigl;
-    let incident = Adjacency::triangles_of_vertices(&triangles, count);
-    let survey = Survey::new(&positions, &triangles, &incident, LEAST_TURN_COSINE);
+    let incident = Adjacency::in_memory(workspace.entries(), &triangles, count);
+    let survey =
+        Survey::<N>::in_memory(workspace.survey(), &positions, &triangles, &incident, LEAST_TURN_COSINE);
     let cut =
         if keep { Cut::along_creases(&positions, &triangles, &incident, &survey.turning) } else { None };
     match cut {
-        None => estimate_all(positions, triangles, incident, survey, options),
+        None => estimate_all(workspace, positions, triangles, incident, survey, options),
         Some(Cut { positions: cut_open, triangles: of_cut, copies }) => {
             drop((incident, survey, positions, triangles));
             let incident = Adjacency::triangles_of_vertices(&of_cut, cut_open.len());
-            let survey = Survey::new(&cut_open, &of_cut, &incident, LEAST_TURN_COSINE);
-            let estimates = estimate_all(Cow::Owned(cut_open), Cow::Owned(of_cut), incident, survey, options);
+            let survey = Survey::<N>::new(&cut_open, &of_cut, &incident, LEAST_TURN_COSINE);
+            let estimates =
+                estimate_all(workspace, Cow::Owned(cut_open), Cow::Owned(of_cut), incident, survey, options);
             copies.join(estimates, count)
         }
     }
 }
 
-fn estimate_all(
+fn estimate_all<N: Kept>(
+    workspace: &mut Workspace,
     positions: Cow<'_, [Vec3]>,
     triangles: Cow<'_, [[u32; 3]]>,
     incident: Adjacency,
-    survey: Survey,
+    survey: Survey<N>,
     options: &CurvatureOptions,
 ) -> Vec<VertexCurvature> {
     let count = positions.len();
-    let prepared = Prepared::new(positions, triangles, incident, survey, options);
-    let pool = Mutex::new(Vec::new());
+    let prepared = Prepared::new(workspace, positions, triangles, incident, survey, options);
+    let mut estimates = workspace.estimates();
+    let mut scratch = Scratch::new(&prepared);
+    let ahead = prepared.lookahead(&mut scratch.walker);
+    let pool = Mutex::new(vec![scratch]);
     // Collecting in parallel also touches the result's memory for the first time in parallel.
     let vertices = (0..count).into_par_iter().with_min_len(BLOCK);
     let leased = || Lease::new(&pool, &prepared);
-    vertices.map_init(leased, |lease, vertex| prepared.estimate_vertex(vertex, lease.scratch())).collect()
+    let estimate = |lease: &mut Lease<'_, '_>, vertex| {
+        let scratch = lease.scratch();
+        prepared.ask_ahead(ahead, vertex, &scratch.walker);
+        prepared.estimate_vertex(vertex, scratch)
+    };
+    vertices.map_init(leased, estimate).collect_into_vec(&mut estimates);
+    drop(pool);
+    let Prepared { ring, normals, sites, .. } = prepared;
+    workspace.keep_survey(ring, normals, sites);
+    estimates
 }
 
 /// Scratch on loan from a pool. There are never more than threads, so that the many small jobs that a parallel loop splits
@@ -177,14 +212,16 @@ impl<'a> Scratch<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    pub(super) fn new(
+    pub(super) fn new<N: Kept>(
+        workspace: &mut Workspace,
         mut positions: Cow<'a, [Vec3]>,
         mut triangles: Cow<'a, [[u32; 3]]>,
         incident: Adjacency,
-        survey: Survey,
+        survey: Survey<N>,
         options: &CurvatureOptions,
     ) -> Self {
-        let Survey { ring, fans, mut normals, .. } = survey;
+        let Survey { ring, fans, normals, .. } = survey;
+        let (mut normals, sites) = N::tables(normals);
         if options.method == Method::Libigl {
             normals = libigl_vertex_normals(&positions, &triangles, &incident);
         }
@@ -202,19 +239,15 @@ impl<'a> Prepared<'a> {
         if !reads_triangles {
             triangles = Cow::Borrowed(&[]);
         }
-        let incident = if reads_triangles { incident } else { Adjacency::none() };
-        let in_groups =
-            if options.method == Method::Quadric { batch::rings_of(options.neighbourhood()) } else { None };
-        let sites = match in_groups {
-            Some(_) => {
-                let pairs = positions.par_iter().zip(&normals).with_min_len(BLOCK);
-                let sites = pairs.map(|(p, n)| Site::new(p, n)).collect();
-                positions = Cow::Borrowed(&[]);
-                normals = Vec::new();
-                sites
-            }
-            None => Vec::new(),
+        let incident = if reads_triangles {
+            incident
+        } else {
+            workspace.keep_adjacency(incident);
+            Adjacency::none()
         };
+        if !sites.is_empty() {
+            positions = Cow::Borrowed(&[]);
+        }
         Self {
             positions,
             triangles,
@@ -223,9 +256,27 @@ impl<'a> Prepared<'a> {
             normals,
             sites,
             fans,
-            in_groups,
+            in_groups: groups(options),
             options: *options,
             neighbourhood,
+        }
+    }
+
+    /// How far ahead neighbourhoods reach.
+    fn lookahead(&self, walker: &mut Walker<'_>) -> Lookahead {
+        let mut largest = |vertex| walker.gather(index_u32(vertex), self.neighbourhood).iter().max().copied();
+        Lookahead::new(self.fans.len(), |vertex| largest(vertex).unwrap_or(0))
+    }
+
+    /// Asks for what fits of vertices further on read.
+    #[inline(always)]
+    fn ask_ahead(&self, ahead: Lookahead, vertex: usize, walker: &Walker<'_>) {
+        walker.ask_ahead(ahead, vertex);
+        if self.sites.is_empty() {
+            ahead.ask(&self.positions, vertex);
+            ahead.ask(&self.normals, vertex);
+        } else {
+            ahead.ask(&self.sites, vertex);
         }
     }
 

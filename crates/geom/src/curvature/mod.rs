@@ -20,7 +20,9 @@ mod quadric;
 mod shape_operator;
 mod support;
 mod walker;
+mod workspace;
 
 pub use estimate::estimate;
 pub use options::{CurvatureOptions, Features, Method, Neighbourhood, OptionsError};
 pub use principal::{Principal, Status, VertexCurvature};
+pub use workspace::Workspace;

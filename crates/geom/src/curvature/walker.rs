@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::Neighbourhood;
 use crate::Vec3;
-use crate::mesh::{Rings, SLOT};
+use crate::mesh::{Lookahead, Rings, SLOT};
 
 /// Gathers vertices around a seed. One per thread; `4 n` bytes.
 #[derive(Debug)]
@@ -45,6 +45,13 @@ impl<'a> Walker<'a> {
             Neighbourhood::Radius(radius) | Neighbourhood::MeanEdges(radius) => self.within(seed, radius),
             Neighbourhood::Nearest(count) => self.within_at_least(seed, 0.0, count as usize + 1),
         }
+    }
+
+    /// Asks for what walks around vertices further on read.
+    #[inline(always)]
+    pub(crate) fn ask_ahead(&self, ahead: Lookahead, vertex: usize) {
+        self.ring.ask_ahead(ahead, vertex);
+        ahead.ask(&self.stamp, vertex);
     }
 
     /// All vertices at most `rings` edges from `seed`, the seed first, then ring by ring.
@@ -234,7 +241,7 @@ mod tests {
     fn rings_of_a_triangle_grid_are_hexagons() {
         let mesh = shapes::plane(20, 20);
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
-        let ring = Survey::new(mesh.positions(), mesh.triangles(), &incident, 0.5).ring;
+        let ring = <Survey>::new(mesh.positions(), mesh.triangles(), &incident, 0.5).ring;
         let mut walker = Walker::new(mesh.positions(), &ring);
         let middle = 10 * 21 + 10;
         for (rings, expected) in [(0, 1), (1, 7), (2, 19), (5, 91)] {
@@ -250,7 +257,7 @@ mod tests {
         let mesh = shapes::plane(20, 20);
         let p = mesh.positions();
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), p.len());
-        let ring = Survey::new(mesh.positions(), mesh.triangles(), &incident, 0.5).ring;
+        let ring = <Survey>::new(mesh.positions(), mesh.triangles(), &incident, 0.5).ring;
         let mut walker = Walker::new(p, &ring);
         let seed = 8 * 21 + 7;
         let mut found = walker.within(seed, 0.23).to_vec();

@@ -1,7 +1,5 @@
 //! Tables over the azimuth around a vertex: evenly spaced from the direction of the larger principal curvature.
 
-use rayon::prelude::*;
-
 use super::section::fan;
 use super::start::Start;
 use super::surface_field::{CurvatureField, SurfacePoint};
@@ -70,13 +68,6 @@ impl FirstTriangles {
 }
 
 impl<'p> Around<'p> {
-    /// One for every surface vertex; `None` for those without a triangle or an estimate.
-    pub fn every_vertex(field: &'p CurvatureField<'_>) -> impl IndexedParallelIterator<Item = Option<Self>> {
-        let first = FirstTriangles::new(field);
-        let vertices = (0..field.surface().positions().len()).into_par_iter();
-        vertices.map(move |vertex| Self::vertex(field, &first, vertex))
-    }
-
     /// `None` for a vertex without a triangle or an estimate.
     pub fn vertex(field: &'p CurvatureField<'_>, first: &FirstTriangles, vertex: usize) -> Option<Self> {
         let (triangle, vertex) = (first.of(vertex)?, index_u32(vertex));

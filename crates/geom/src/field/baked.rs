@@ -11,10 +11,13 @@
 //! same length. That holds always and says little; how far off it typically is is measured on spread queries, and both are
 //! reported ([`BakedError`]).
 
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::azimuths::{Around, Between};
+use super::azimuths::{Around, Between, FirstTriangles};
 use super::corners::Corners;
 use super::march::minimum_past;
 use super::queries::spread_queries;
@@ -25,13 +28,19 @@ use super::walk_length::WalkLength;
 use crate::bake::nearest_f32;
 
 /// For every surface vertex, by how much the minimum filter lowers the curvature in a number of directions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct BakedMinimum {
     azimuths: usize,
-    /// `azimuths` per surface vertex, 1/length, not negative.
-    lowering: Vec<f32>,
+    /// Bits of `azimuths` numbers per surface vertex, 1/length, not negative. Whoever finds an [`UNKNOWN`] one computes it; two threads that do
+    /// so at the same time write the same bits.
+    lowering: Vec<AtomicU32>,
+    /// Where fans begin, for what is unknown; `None` if nothing is.
+    first: Option<FirstTriangles>,
     walk: WalkLength,
 }
+
+/// Bits of no number that a table holds.
+const UNKNOWN: u32 = u32::MAX;
 
 /// How far a table is from the walk that it replaces, 1/length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,6 +57,14 @@ pub struct BakedError {
     pub proved: Option<f64>,
 }
 
+impl PartialEq for BakedMinimum {
+    /// The same walks, and the same of them known.
+    fn eq(&self, other: &Self) -> bool {
+        let bits = |table: &Self| table.lowering.iter().map(|x| x.load(Relaxed)).collect::<Vec<_>>();
+        (self.azimuths, self.walk, bits(self)) == (other.azimuths, other.walk, bits(other))
+    }
+}
+
 impl BakedMinimum {
     /// How many azimuths a table may have.
     pub const AZIMUTHS: [usize; 4] = [4, 8, 16, 32];
@@ -59,7 +76,66 @@ impl BakedMinimum {
     pub fn from_rows(azimuths: usize, lowering: Vec<f32>, walk: WalkLength) -> Option<Self> {
         let fits = Self::AZIMUTHS.contains(&azimuths) && lowering.len().is_multiple_of(azimuths);
         let is_valid = fits && lowering.iter().all(|x| x.is_finite() && *x >= 0.0);
-        is_valid.then_some(Self { azimuths, lowering, walk })
+        let bits = lowering.into_iter().map(|x| AtomicU32::new(x.to_bits()));
+        is_valid.then(|| Self { azimuths, lowering: bits.collect(), first: None, walk })
+    }
+
+    /// Walks from every vertex in `azimuths` directions, evenly spaced from the direction of the larger principal curvature.
+    ///
+    /// A vertex without an estimate, or without a triangle, has zeros. The same bits for any number of threads.
+    ///
+    /// # Panics
+    ///
+    /// If `azimuths` is not one of [`AZIMUTHS`](Self::AZIMUTHS).
+    #[must_use]
+    pub fn new(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> Self {
+        let table = Self::on_demand(field, azimuths, walk);
+        table.fill(field);
+        table
+    }
+
+    /// The same, but walks are taken when they are asked for first: where no ray goes costs nothing. Answers are the same bits. `field` must be
+    /// the one that the table is asked with.
+    ///
+    /// # Panics
+    ///
+    /// If `azimuths` is not one of [`AZIMUTHS`](Self::AZIMUTHS).
+    #[must_use]
+    pub fn on_demand(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> Self {
+        assert!(Self::AZIMUTHS.contains(&azimuths), "{azimuths} azimuths are not offered");
+        let entries = field.surface().positions().len() * azimuths;
+        let lowering = (0..entries).into_par_iter().map(|_| AtomicU32::new(UNKNOWN)).collect();
+        Self { azimuths, lowering, first: Some(FirstTriangles::new(field)), walk: walk.for_table() }
+    }
+
+    /// Takes all walks that have not been asked for, in parallel. `field` must be that of all other questions.
+    pub fn fill(&self, field: &CurvatureField<'_>) {
+        (0..self.lowering.len() / self.azimuths).into_par_iter().for_each(|vertex| {
+            for azimuth in 0..self.azimuths {
+                self.lowering(field, vertex, azimuth);
+            }
+        });
+    }
+
+    /// By how much the walk lowers the curvature at a vertex in a direction.
+    fn lowering(&self, field: &CurvatureField<'_>, vertex: usize, azimuth: usize) -> f32 {
+        let place = &self.lowering[vertex * self.azimuths + azimuth];
+        let known = place.load(Relaxed);
+        if known != UNKNOWN {
+            return f32::from_bits(known);
+        }
+        let lowered = self.walk_from(field, vertex, azimuth).unwrap_or(0.0);
+        place.store(lowered.to_bits(), Relaxed);
+        lowered
+    }
+
+    /// `None` for a vertex without an estimate, or without a triangle.
+    fn walk_from(&self, field: &CurvatureField<'_>, vertex: usize, azimuth: usize) -> Option<f32> {
+        let around = Around::vertex(field, self.first.as_ref()?, vertex)?;
+        let start =
+            around.start(field, std::f64::consts::TAU * azimuth as f64 / self.azimuths as f64, 0.0)?;
+        let length = self.walk.resolve(start.along(field), start.cosine, field.diagonal());
+        Some(nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0)))
     }
 
     /// Directions per vertex.
@@ -68,14 +144,15 @@ impl BakedMinimum {
         self.azimuths
     }
 
-    /// The values of a surface vertex.
+    /// The values of a surface vertex; `None` if not all are known yet.
     ///
     /// # Panics
     ///
     /// If it is out of range.
     #[must_use]
-    pub fn row(&self, vertex: usize) -> &[f32] {
-        &self.lowering[vertex * self.azimuths..][..self.azimuths]
+    pub fn row(&self, vertex: usize) -> Option<Vec<f32>> {
+        let bits = self.lowering[vertex * self.azimuths..][..self.azimuths].iter().map(|x| x.load(Relaxed));
+        bits.map(|bits| (bits != UNKNOWN).then(|| f32::from_bits(bits))).collect()
     }
 
     /// How far the walks went that the table replaces.
@@ -84,10 +161,16 @@ impl BakedMinimum {
         self.walk
     }
 
+    /// Pairs of vertex and direction in which walks have been taken.
+    #[must_use]
+    pub fn known(&self) -> usize {
+        self.lowering.iter().filter(|x| x.load(Relaxed) != UNKNOWN).count()
+    }
+
     /// Bytes that it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.lowering)
+        size_of_val(&*self.lowering) + self.first.as_ref().map_or(0, FirstTriangles::bytes)
     }
 
     /// Whether so many questions about a mesh with so many vertices are answered sooner with a table of 16 directions than by walks.
@@ -103,8 +186,8 @@ impl BakedMinimum {
         let Some(at) = &start.section else { return start.along(field) };
         let corners = Corners::of(field, start.point).expect("a corner has an estimate");
         let [lowering] = corners.mean_at(|vertex, principal| {
-            let row = self.row(vertex);
-            [Between::new(principal, &at.forward, self.azimuths).mix(|k| f64::from(row[k]))]
+            let between = Between::new(principal, &at.forward, self.azimuths);
+            [between.mix(|azimuth| self.lowering(field, vertex, azimuth).into())]
         });
         // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
         start.along(field).min(at.kappa - lowering)
@@ -153,28 +236,4 @@ pub(super) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.max(1) - 1).copied()
-}
-
-/// Walks from every vertex in `azimuths` directions, evenly spaced from the direction of the larger principal curvature.
-///
-/// A vertex without an estimate, or without a triangle, has zeros. The same bits for any number of threads.
-///
-/// # Panics
-///
-/// If `azimuths` is not one of [`BakedMinimum::AZIMUTHS`].
-#[must_use]
-pub fn bake_minimum(field: &CurvatureField<'_>, azimuths: usize, walk: WalkLength) -> BakedMinimum {
-    assert!(BakedMinimum::AZIMUTHS.contains(&azimuths), "{azimuths} azimuths are not offered");
-    let walk = walk.for_table();
-    let row = |around: Option<Around<'_>>| -> Vec<f32> {
-        let lowered = |k: usize| {
-            let azimuth = std::f64::consts::TAU * k as f64 / azimuths as f64;
-            let start = around.as_ref()?.start(field, azimuth, 0.0)?;
-            let length = walk.resolve(start.along(field), start.cosine, field.diagonal());
-            Some(nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0)))
-        };
-        (0..azimuths).map(|k| lowered(k).unwrap_or(0.0)).collect()
-    };
-    let lowering = Around::every_vertex(field).map(row).collect::<Vec<_>>().concat();
-    BakedMinimum { azimuths, lowering, walk }
 }

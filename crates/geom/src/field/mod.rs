@@ -25,7 +25,7 @@ mod walk_length;
 #[cfg(test)]
 mod tests;
 
-pub use baked::{BakedError, BakedMinimum, bake_minimum};
+pub use baked::{BakedError, BakedMinimum};
 pub use baked_chord::{BakedChord, BakedChordError};
 pub use chord::Chord;
 pub use filter::{Filter, FilterAnswer, FilterKind, FilterQuery};

@@ -22,6 +22,11 @@ impl Adjacency {
     /// If an index is out of range, or the triangles have more than `u32::MAX` corners.
     #[must_use]
     pub fn triangles_of_vertices(triangles: &[[u32; 3]], vertex_count: usize) -> Self {
+        Self::in_memory(Vec::new(), triangles, vertex_count)
+    }
+
+    /// The same, with entries in the memory of other ones where there is room.
+    pub(crate) fn in_memory(entries: Vec<u32>, triangles: &[[u32; 3]], vertex_count: usize) -> Self {
         // Parts of the triangles in order, each with its own place in every row: what part comes first does not matter then.
         let size = triangles.len().div_ceil(parts(triangles.len())).max(1);
         let count = |part: &[[u32; 3]]| {
@@ -35,7 +40,11 @@ impl Adjacency {
         let offsets = turn_to_places(&mut places, vertex_count);
         let total = offsets[vertex_count] as usize;
         // Relaxed atomics are plain memory that threads may share.
-        let entries: Vec<AtomicU32> = (0..total).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+        let mut entries: Vec<AtomicU32> = entries.into_iter().map(AtomicU32::new).collect();
+        if entries.len() < total {
+            entries = (0..total).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+        }
+        entries.truncate(total);
         triangles.par_chunks(size).zip(&mut places).enumerate().for_each(|(part, (triangles, next))| {
             for (index, triangle) in triangles.iter().enumerate() {
                 let index = index_u32(part * size + index);
@@ -47,6 +56,11 @@ impl Adjacency {
             }
         });
         Self { offsets, entries: entries.into_iter().map(AtomicU32::into_inner).collect() }
+    }
+
+    /// The memory of its entries, for others.
+    pub(crate) fn into_memory(self) -> Vec<u32> {
+        self.entries
     }
 
     /// No rows.

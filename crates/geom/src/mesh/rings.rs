@@ -1,5 +1,7 @@
 //! The neighbours of every vertex, in rows of fixed length.
 
+use super::lookahead::Lookahead;
+
 /// Neighbours that a slot holds.
 pub(crate) const SLOT: usize = 8;
 
@@ -26,9 +28,20 @@ impl Rings {
         Self { slots, crowded, block }
     }
 
+    /// The memory of the slots, for others.
+    pub(crate) fn into_memory(self) -> Vec<[u32; SLOT]> {
+        self.slots
+    }
+
     /// Vertices that have a row.
     pub(crate) fn len(&self) -> usize {
         self.slots.len()
+    }
+
+    /// Asks for a row before it is needed.
+    #[inline(always)]
+    pub(crate) fn ask_ahead(&self, ahead: Lookahead, vertex: usize) {
+        ahead.ask(&self.slots, vertex);
     }
 
     /// The neighbours of one vertex.

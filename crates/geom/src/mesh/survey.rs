@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::closed_fan::ClosedFan;
 use super::fans::{self, Fan};
+use super::lookahead::Lookahead;
 use super::normals::area_weighted_normal;
 use super::rings::{self, Rings, SLOT};
 use super::weld::index_u32;
@@ -13,16 +14,52 @@ use crate::Vec3;
 /// Vertices handled by one task: enough to make its vectors worth their allocation.
 const BLOCK: usize = 1 << 9;
 
+/// How the normal of a vertex is kept.
+pub(crate) trait Oriented: Copy + Send + Sync {
+    /// A vertex and its unit normal; zero where it has none.
+    fn new(position: &Vec3, normal: &Vec3) -> Self;
+}
+
+/// By itself.
+impl Oriented for Vec3 {
+    fn new(_: &Vec3, normal: &Vec3) -> Self {
+        *normal
+    }
+}
+
 /// The surroundings of every vertex.
 #[derive(Debug)]
-pub(crate) struct Survey {
+pub(crate) struct Survey<N = Vec3> {
     pub(crate) ring: Rings,
     pub(crate) fans: Vec<Fan>,
     /// Unit area-weighted normals, see [`usable_normal`].
-    pub(crate) normals: Vec<Vec3>,
+    pub(crate) normals: Vec<N>,
     /// Vertices, ascending, where two triangles that share an edge may turn by more than the survey's angle. All others are
     /// known not to.
     pub(crate) turning: Vec<u32>,
+}
+
+/// The large tables of a survey, of which only the memory counts.
+#[derive(Debug)]
+pub(crate) struct SurveyMemory<N> {
+    pub(crate) slots: Vec<[u32; SLOT]>,
+    pub(crate) normals: Vec<N>,
+}
+
+impl<N> Default for SurveyMemory<N> {
+    fn default() -> Self {
+        Self { slots: Vec::new(), normals: Vec::new() }
+    }
+}
+
+/// Makes a table so long; what it holds is old or `any`.
+fn make_room<T: Copy + Send + Sync>(table: &mut Vec<T>, count: usize, any: T) {
+    if table.len() < count {
+        // Not `resize`, which would touch this much memory for the first time on one thread.
+        *table = Vec::new();
+        (0..count).into_par_iter().with_min_len(BLOCK).map(|_| any).collect_into_vec(table);
+    }
+    table.truncate(count);
 }
 
 /// What one task found about its vertices.
@@ -32,7 +69,7 @@ struct Block {
     turning: Vec<u32>,
 }
 
-impl Survey {
+impl<N: Oriented> Survey<N> {
     /// Visits all vertices, given the triangles at each; `least_cosine` is that of the angle that [`turning`](Self::turning) is
     /// about, less than 90 degrees.
     pub(crate) fn new(
@@ -41,12 +78,24 @@ impl Survey {
         incident: &Adjacency,
         least_cosine: f64,
     ) -> Self {
-        let mut slots = vec![[0; SLOT]; incident.len()];
+        Self::in_memory(SurveyMemory::default(), positions, triangles, incident, least_cosine)
+    }
+
+    /// The same, in the memory of another survey where there is room.
+    pub(crate) fn in_memory(
+        memory: SurveyMemory<N>,
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        incident: &Adjacency,
+        least_cosine: f64,
+    ) -> Self {
         let mut fans = vec![Fan::Empty; incident.len()];
-        // Not `vec!`, which would touch this much memory for the first time on one thread.
-        let mut normals: Vec<Vec3> =
-            (0..incident.len()).into_par_iter().with_min_len(BLOCK).map(|_| Vec3::zeros()).collect();
-        let surveyor = Surveyor { positions, triangles, incident, least_cosine };
+        let SurveyMemory { mut slots, mut normals } = memory;
+        make_room(&mut slots, incident.len(), [0; SLOT]);
+        make_room(&mut normals, incident.len(), N::new(&Vec3::zeros(), &Vec3::zeros()));
+        let corners = |vertex: usize| incident.row(vertex).iter().flat_map(|&t| triangles[t as usize]);
+        let ahead = Lookahead::new(incident.len(), |vertex| corners(vertex).max().unwrap_or(0));
+        let surveyor = Surveyor { positions, triangles, incident, least_cosine, ahead };
         let blocks: Vec<Block> = fans
             .par_chunks_mut(BLOCK)
             .zip(normals.par_chunks_mut(BLOCK))
@@ -66,35 +115,36 @@ struct Surveyor<'a> {
     triangles: &'a [[u32; 3]],
     incident: &'a Adjacency,
     least_cosine: f64,
+    ahead: Lookahead,
 }
 
 impl Surveyor<'_> {
-    fn survey(
+    fn survey<N: Oriented>(
         &self,
         first: usize,
         fans: &mut [Fan],
-        normals: &mut [Vec3],
+        normals: &mut [N],
         slots: &mut [[u32; SLOT]],
     ) -> Block {
         let mut block = Block::default();
         let (mut edges, mut ring) = (Vec::new(), Vec::new());
-        for (offset, ((fan, normal), slot)) in fans.iter_mut().zip(normals).zip(slots).enumerate() {
+        for (offset, ((fan, kept), slot)) in fans.iter_mut().zip(normals).zip(slots).enumerate() {
             let vertex = first + offset;
+            self.ahead.ask(self.positions, vertex);
             let row = self.incident.row(vertex);
             let closed = ClosedFan::new(index_u32(vertex), row, self.triangles);
-            let flat = if let Some(closed) = closed {
+            let (normal, flat) = if let Some(closed) = closed {
                 *fan = Fan::Closed;
                 *slot = closed.slot(index_u32(vertex));
                 let (sum, flat) = closed.area_and_flatness(vertex, self.positions, self.least_cosine);
-                *normal = self.unit(vertex, sum);
-                flat
+                (self.unit(vertex, sum), flat)
             } else {
                 ring.clear();
                 *fan = fans::visit(index_u32(vertex), row, self.triangles, &mut edges, &mut ring);
                 *slot = rings::slot(index_u32(vertex), &ring, &mut block.crowded);
-                *normal = self.usable_normal(vertex);
-                self.is_flat(row)
+                (self.usable_normal(vertex), self.is_flat(row))
             };
+            *kept = N::new(&self.positions[vertex], &normal);
             if !flat {
                 block.turning.push(index_u32(vertex));
             }
@@ -145,7 +195,7 @@ mod tests {
 
     fn survey(mesh: &Mesh, least_cosine: f64) -> (Survey, Adjacency) {
         let incident = Adjacency::triangles_of_vertices(mesh.triangles(), mesh.positions().len());
-        (Survey::new(mesh.positions(), mesh.triangles(), &incident, least_cosine), incident)
+        (<Survey>::new(mesh.positions(), mesh.triangles(), &incident, least_cosine), incident)
     }
 
     /// Irregular, noisy, with a boundary, a doubled triangle, a vertex of high valence and one without triangles.

@@ -91,6 +91,7 @@ mod tests {
     use super::*;
     use crate::Mesh;
     use crate::curvature::estimate::Scratch;
+    use crate::curvature::workspace::Workspace;
     use crate::curvature::{CurvatureOptions, Method, quadric};
     use crate::mesh::{Adjacency, Survey};
     use crate::shapes::{self, Ends, study};
@@ -98,11 +99,18 @@ mod tests {
     fn prepared(mesh: &Mesh, rings: u32) -> Prepared<'_> {
         let (positions, triangles) = (mesh.positions(), mesh.triangles());
         let incident = Adjacency::triangles_of_vertices(triangles, positions.len());
-        let survey = Survey::new(positions, triangles, &incident, 0.7);
+        let survey = Survey::<Site>::new(positions, triangles, &incident, 0.7);
         let neighbourhood = Some(Neighbourhood::Rings(rings));
         let options =
             CurvatureOptions { method: Method::Quadric, neighbourhood, ..CurvatureOptions::default() };
-        Prepared::new(positions.into(), triangles.into(), incident, survey, &options)
+        Prepared::new(
+            &mut Workspace::for_one(),
+            positions.into(),
+            triangles.into(),
+            incident,
+            survey,
+            &options,
+        )
     }
 
     /// Irregular and random, with valences of 3 to 10 and more; with a boundary; noisy.

@@ -1,6 +1,7 @@
 //! Positions and normals as the batched fits read them.
 
 use crate::Vec3;
+use crate::mesh::Oriented;
 
 /// Position and unit normal of a vertex, in one cache line.
 #[derive(Debug, Clone, Copy)]
@@ -10,14 +11,16 @@ pub(crate) struct Site {
     normal: [f64; 4],
 }
 
-impl Site {
-    pub(crate) fn new(position: &Vec3, normal: &Vec3) -> Self {
+impl Oriented for Site {
+    fn new(position: &Vec3, normal: &Vec3) -> Self {
         Self {
             position: [position.x, position.y, position.z, 0.0],
             normal: [normal.x, normal.y, normal.z, 0.0],
         }
     }
+}
 
+impl Site {
     /// Coordinates and a zero.
     #[inline(always)]
     pub(super) fn position(&self) -> &[f64; 4] {

@@ -12,7 +12,7 @@ fn all_filters(field: &CurvatureField<'_>) -> Vec<Filter> {
         Filter::Point,
         Filter::March,
         Filter::MarchWithin { bounds, tolerance: 0.5 },
-        Filter::Baked(Arc::new(bake_minimum(field, 8, WalkLength::Fixed(length)))),
+        Filter::Baked(Arc::new(BakedMinimum::new(field, 8, WalkLength::Fixed(length)))),
         Filter::Chord,
         Filter::BakedChord(Arc::new(BakedChord::new(field, 8, WalkLength::Fixed(length)))),
     ]

@@ -73,7 +73,7 @@ fn what_is_across_one_ray_is_along_another() {
         Filter::Point,
         Filter::March,
         Filter::Chord,
-        Filter::Baked(Arc::new(bake_minimum(&field, 8, walk))),
+        Filter::Baked(Arc::new(BakedMinimum::new(&field, 8, walk))),
         Filter::BakedChord(Arc::new(BakedChord::on_demand(&field, 8, walk))),
     ];
     for triangle in (0..mesh.triangles().len()).step_by(97) {
@@ -107,7 +107,7 @@ fn tables_converge_to_the_walk_and_stay_within_the_proof() {
         let bounds = SkipBounds::new(&field, walk.longest(field.diagonal()));
         let mut medians = Vec::new();
         for azimuths in BakedMinimum::AZIMUTHS {
-            let table = bake_minimum(&field, azimuths, walk);
+            let table = BakedMinimum::new(&field, azimuths, walk);
             let error = table.error(&field, &bounds, 3000).unwrap();
             assert!(error.max <= error.proved.unwrap(), "{error:?}");
             medians.push(error.median);
@@ -127,11 +127,30 @@ fn tables_converge_to_the_walk_and_stay_within_the_proof() {
 }
 
 #[test]
+fn a_table_on_demand_has_the_bits_of_a_whole_one() {
+    let mesh = shapes::torus(1.0, 0.45, 60, 30);
+    let field = estimated(&mesh);
+    let walk = WalkLength::Shell { depth: 0.05 };
+    let whole = Arc::new(BakedMinimum::new(&field, 16, walk));
+    let some = Arc::new(BakedMinimum::on_demand(&field, 16, walk));
+    assert_eq!((whole.known(), some.known()), (16 * 60 * 30, 0));
+    let [whole_filter, some_filter] = [whole.clone(), some.clone()].map(Filter::Baked);
+    for (asked, query) in (1..).zip(spread_queries(&field, 100, walk)) {
+        assert_eq!(some_filter.ask(&field, &query), whole_filter.ask(&field, &query));
+        // Two directions at three corners.
+        assert!((6..=6 * asked).contains(&some.known()), "{} of {asked}", some.known());
+    }
+    assert!((0..1800).all(|vertex| some.row(vertex).is_none() && whole.row(vertex).is_some()));
+    some.fill(&field);
+    assert_eq!(some, whole);
+}
+
+#[test]
 fn tables_are_exact_at_vertices_in_their_directions() {
     let mesh = bumpy_sphere();
     let field = estimated(&mesh);
     let walk = WalkLength::Shell { depth: 0.03 }.for_table();
-    let table = Arc::new(bake_minimum(&field, 8, walk));
+    let table = Arc::new(BakedMinimum::new(&field, 8, walk));
     for triangle in (0..mesh.triangles().len()).step_by(37) {
         let point = vertex(triangle);
         let principal = *field.principal(field.surface().triangles()[triangle][0]).unwrap();

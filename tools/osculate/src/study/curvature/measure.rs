@@ -3,9 +3,10 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use osculate_geom::curvature::{Principal, VertexCurvature, estimate};
+use osculate_geom::curvature::{Principal, VertexCurvature, Workspace, estimate};
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::reference::Quantiles;
+use peakmem_alloc::PeakMemAllocTrait as _;
 use rayon::ThreadPool;
 
 use super::rows::Row;
@@ -33,28 +34,30 @@ impl Effort {
     }
 }
 
-/// Runs a setting on a mesh. Time is that of the estimate alone, adjacency and normals included; memory is the most that is
-/// allocated at a time beyond the mesh, on all threads.
+/// Vertices from which on an allocator gets memory from the system for every estimate; below, it has some.
+const LARGE: usize = 100_000;
+
+/// Runs a setting on a mesh. Time is that of the estimate alone, adjacency and normals included, with its memory at hand (see
+/// [`Workspace`]); memory is the most that a single estimate has allocated at a time beyond the mesh, on all threads.
 pub fn measure(subject: &Subject, setting: &Setting, effort: &Effort) -> Result<Row> {
     let surface = Surface::new(&subject.mesh, Weld::Off);
     let vertices = surface.positions().len();
-    let run = || estimate(&surface, &setting.options);
-    ALLOCATOR.reset_peak_usage();
-    let before = ALLOCATOR.current_usage();
-    let estimates = effort.all.install(run)?;
-    let bytes = ALLOCATOR.peak_usage().saturating_sub(before);
-    let timed = |pool: &ThreadPool| {
-        let mut seconds: Vec<f64> = (0..effort.runs)
-            .map(|_| {
-                let start = Instant::now();
-                let estimates = pool.install(run);
-                let took = start.elapsed().as_secs_f64();
-                drop(estimates);
-                took
-            })
-            .collect();
+    ALLOCATOR.reset_peak_memory();
+    let estimates = effort.all.install(|| estimate(&surface, &setting.options))?;
+    let bytes = ALLOCATOR.get_peak_memory();
+    let mut workspace = Workspace::default();
+    let mut run = || workspace.estimate(&surface, &setting.options).map(|_| ());
+    if vertices >= LARGE {
+        effort.all.install(&mut run)?;
+    }
+    let mut timed = |pool: &ThreadPool| -> Result<f64> {
+        let one = |_| {
+            let start = Instant::now();
+            pool.install(&mut run).map(|()| start.elapsed().as_secs_f64())
+        };
+        let mut seconds = (0..effort.runs).map(one).collect::<Result<Vec<f64>, _>>()?;
         seconds.sort_unstable_by(f64::total_cmp);
-        1e6 * seconds[seconds.len() / 2] / vertices as f64
+        Ok(1e6 * seconds[seconds.len() / 2] / vertices as f64)
     };
     let row = Row {
         mesh: subject.name.clone(),
@@ -65,8 +68,8 @@ pub fn measure(subject: &Subject, setting: &Setting, effort: &Effort) -> Result<
         program: "osculate".to_owned(),
         method: setting.method.clone(),
         setting: setting.knobs.clone(),
-        us_per_vertex: Some(timed(&effort.one)),
-        us_per_vertex_all_threads: Some(timed(&effort.all)),
+        us_per_vertex: Some(timed(&effort.one)?),
+        us_per_vertex_all_threads: Some(timed(&effort.all)?),
         bytes_per_vertex: Some(bytes as f64 / vertices as f64),
         ..Row::default()
     };

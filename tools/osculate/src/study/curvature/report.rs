@@ -197,7 +197,7 @@ fn method(rows: &[Row], context: &Context) -> Section {
                 "Error: the larger of |kappa_max - exact| and |kappa_min - exact|, times the radius: the sphere's or tube's, the shortest half-axis, the catenoid's waist, the bump's width squared over its height. A vertex without an estimate counts as infinitely wrong. Vertices on a boundary count like all others.".into(),
                 "Sphere, ellipsoid and torus are Delaunay triangulations of random points on the surface, slivers and all; catenoid, bump, monkey saddle and cylinder are grids whose vertices are moved by up to a quarter cell and whose cells are cut along random diagonals.".into(),
                 "Noise moves every vertex by an isotropic gaussian; the truth is that of the clean point.".into(),
-                format!("Time: median of the runs of the estimate alone, adjacency and normals included, file access not. Growth is measured on tori up to {sizes} vertices."),
+                format!("Time: median of the runs of the estimate alone, adjacency and normals included, file access not; ours reuse the memory of the run before. Growth is measured on tori up to {sizes} vertices."),
                 "Memory: the most that is allocated at a time beyond the mesh, all threads together.".into(),
                 origin.into(),
                 "All rows are in `curvature.csv`, the plots beside it as SVG.".into(),

@@ -9,7 +9,7 @@ use osculate_geom::Mesh;
 use osculate_geom::curvature::{CurvatureOptions, estimate};
 use osculate_geom::field::{
     BakedChord, BakedMinimum, CurvatureField, Filter, FilterQuery, SkipBounds, Stop, WalkLength,
-    bake_minimum, spread_queries,
+    spread_queries,
 };
 use osculate_geom::mesh::{Surface, Weld};
 use osculate_geom::rays::{Bvh, Ray, to_f32};
@@ -157,7 +157,7 @@ fn candidates(field: &CurvatureField<'_>, rule: WalkLength) -> Vec<Candidate> {
     }));
     all.extend(BakedMinimum::AZIMUTHS.map(|azimuths| {
         let start = Instant::now();
-        let table = Arc::new(bake_minimum(field, azimuths, rule));
+        let table = Arc::new(BakedMinimum::new(field, azimuths, rule));
         Candidate {
             filter: Filter::Baked(table),
             setting: format!("{azimuths} azimuths"),
