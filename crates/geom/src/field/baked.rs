@@ -173,11 +173,11 @@ impl BakedMinimum {
         size_of_val(&*self.lowering) + self.first.as_ref().map_or(0, FirstTriangles::bytes)
     }
 
-    /// Whether so many questions about a mesh with so many vertices are answered sooner with a table of 16 directions than by walks.
+    /// Whether so many questions about a mesh with so many vertices are answered sooner with a table of 16 directions on demand than by walks.
     #[must_use]
     pub fn pays(questions: u64, vertices: usize) -> bool {
-        /// A table takes as long as this many of them per vertex save.
-        const PER_VERTEX: u64 = 100;
+        /// What rays ask for of a table takes as long as this many of them per vertex save.
+        const PER_VERTEX: u64 = 60;
         questions >= PER_VERTEX * vertices as u64
     }
 
