@@ -2,6 +2,8 @@
 //! brings to ask neural materials in batches.
 #![allow(missing_docs, reason = "criterion_group makes an undocumented function")]
 
+mod asked_twice;
+
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -22,8 +24,11 @@ use osculate_render::{
     Environment, EnvironmentImage, Light, Material, MeshInstance, Queries, RenderOptions, Scene, StopRule,
     render,
 };
+use osculate_sbtf::SilhouetteBtf;
 use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::sampling::Sampler;
+
+use asked_twice::AskedTwice;
 
 const SIZE: [u32; 2] = [128, 96];
 
@@ -103,8 +108,8 @@ impl DirectionalCurvature for Field {
     }
 }
 
-/// A torus under the shipped stones, with a sun and an even sky.
-fn stones(filter: FilterKind) -> Scene {
+/// A torus under the shipped stones, with a sun and an even sky; every question may be asked twice.
+fn stones(filter: FilterKind, twice: bool) -> Scene {
     let (columns, rows) = (240, 120);
     let mesh = Arc::new(shapes::torus_with_uv(1.0, 0.45, columns, rows));
     let surface = Surface::new(&mesh, Weld::Exact).into_owned();
@@ -113,8 +118,11 @@ fn stones(filter: FilterKind) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/materials/stone-1.sbtf");
     let model = ModelFile::from_bytes(&std::fs::read(path).expect("the shipped model")).expect("a model");
     let depth = model.model.architecture.depth;
+    let stone = osculate_sbtf::infer::Material::new(&model.model);
+    let btf: Arc<dyn SilhouetteBtf + Send + Sync> =
+        if twice { Arc::new(AskedTwice(stone)) } else { Arc::new(stone) };
     let silhouette = SilhouetteMaterial {
-        btf: Arc::new(osculate_sbtf::infer::Material::new(&model.model)),
+        btf,
         depth,
         tiles: [6.0, 3.0],
         tile_size: 1.0,
@@ -148,7 +156,7 @@ fn bench_queries(c: &mut Criterion) {
         ("1024 side by side, two threads", Queries::Batched { paths: 1024 }, 2),
     ];
     for filter in [FilterKind::Chord, FilterKind::BakedChord, FilterKind::Point] {
-        let (filter, scene) = (filter.name(), stones(filter));
+        let (filter, scene) = (filter.name(), stones(filter, false));
         for (name, queries, threads) in ways {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let options = RenderOptions { stop: StopRule::Samples(8), queries, ..RenderOptions::default() };
@@ -156,6 +164,16 @@ fn bench_queries(c: &mut Criterion) {
                 b.iter(|| {
                     pool.install(|| render(black_box(&scene), &options, &mut |_| ControlFlow::Continue(())))
                 });
+            });
+        }
+    }
+    let (scene, twice) = (stones(FilterKind::BakedChord, false), stones(FilterKind::BakedChord, true));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    for (name, queries) in [("query by query", Queries::Single), ("in batches", Queries::default())] {
+        for (times, scene) in [("once", &scene), ("twice", &twice)] {
+            let options = RenderOptions { stop: StopRule::Samples(8), queries, ..RenderOptions::default() };
+            group.bench_function(format!("asked {times}, {name}"), |b| {
+                b.iter(|| pool.install(|| render(scene, &options, &mut |_| ControlFlow::Continue(()))));
             });
         }
     }
