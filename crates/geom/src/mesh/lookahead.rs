@@ -30,10 +30,14 @@ impl Lookahead {
         Self(Some(most).filter(|&most| most > 0 && most < vertices / LARGEST_SHARE))
     }
 
-    /// Asks for what the table has at the front, for a pass that is at `vertex`.
+    /// Asks for what the table has at the front, for a pass that is at `vertex` and comes to all of them: line by line of the cache.
     #[inline(always)]
     pub(crate) fn ask<T>(self, table: &[T], vertex: usize) {
-        if let Some(ahead) = self.0 {
+        const LINE: usize = 64;
+        let entries_of_line = (LINE / size_of::<T>()).max(1);
+        if let Some(ahead) = self.0
+            && vertex.is_multiple_of(entries_of_line)
+        {
             prefetch_index(table, vertex + ahead);
         }
     }

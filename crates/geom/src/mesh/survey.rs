@@ -52,16 +52,6 @@ impl<N> Default for SurveyMemory<N> {
     }
 }
 
-/// Makes a table so long; what it holds is old or `any`.
-fn make_room<T: Copy + Send + Sync>(table: &mut Vec<T>, count: usize, any: T) {
-    if table.len() < count {
-        // Not `resize`, which would touch this much memory for the first time on one thread.
-        *table = Vec::new();
-        (0..count).into_par_iter().with_min_len(BLOCK).map(|_| any).collect_into_vec(table);
-    }
-    table.truncate(count);
-}
-
 /// What one task found about its vertices.
 #[derive(Debug, Default)]
 struct Block {
@@ -91,8 +81,18 @@ impl<N: Oriented> Survey<N> {
     ) -> Self {
         let mut fans = vec![Fan::Empty; incident.len()];
         let SurveyMemory { mut slots, mut normals } = memory;
-        make_room(&mut slots, incident.len(), [0; SLOT]);
-        make_room(&mut normals, incident.len(), N::new(&Vec3::zeros(), &Vec3::zeros()));
+        let count = incident.len();
+        if slots.len() < count {
+            // Zeros come from the system, and the tasks are the first to touch them.
+            slots = vec![[0; SLOT]; count];
+        }
+        if normals.len() < count {
+            // Not `vec!`, which would touch this much memory for the first time on one thread.
+            let none = N::new(&Vec3::zeros(), &Vec3::zeros());
+            normals = (0..count).into_par_iter().with_min_len(BLOCK).map(|_| none).collect();
+        }
+        slots.truncate(count);
+        normals.truncate(count);
         let corners = |vertex: usize| incident.row(vertex).iter().flat_map(|&t| triangles[t as usize]);
         let ahead = Lookahead::new(incident.len(), |vertex| corners(vertex).max().unwrap_or(0));
         let surveyor = Surveyor { positions, triangles, incident, least_cosine, ahead };
