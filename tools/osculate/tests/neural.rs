@@ -69,8 +69,8 @@ fn walks_come_from_a_table_where_that_pays_or_it_is_asked_for() {
         ("render free.toml --explain --noise 0.01", "`chord` for 1 objects"),
         ("render named.toml --explain --spp 100000", "`chord` for 1 objects"),
         ("render free.toml --explain --spp 1 --filter baked_chord", "`baked_chord` for 1 objects"),
-        ("render paper.toml --explain --spp 140", "`march` for 1 objects"),
-        ("render paper.toml --explain --spp 150", "`baked` for 1 objects"),
+        ("render paper.toml --explain --spp 85", "`march` for 1 objects"),
+        ("render paper.toml --explain --spp 90", "`baked` for 1 objects"),
         ("render march.toml --explain --spp 100000", "`march` for 1 objects"),
         ("render mean.toml --explain", "taken at the point"),
     ] {
