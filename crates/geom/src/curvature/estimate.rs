@@ -98,9 +98,12 @@ fn estimate_cut<N: Kept>(
     match cut {
         None => estimate_all(workspace, positions, triangles, incident, survey, options),
         Some(Cut { positions: cut_open, triangles: of_cut, copies }) => {
-            drop((incident, survey, positions, triangles));
-            let incident = Adjacency::triangles_of_vertices(&of_cut, cut_open.len());
-            let survey = Survey::<N>::new(&cut_open, &of_cut, &incident, LEAST_TURN_COSINE);
+            drop((positions, triangles, survey.fans, survey.turning));
+            workspace.keep_adjacency(incident);
+            workspace.keep_survey(survey.ring, N::tables(survey.normals));
+            let incident = Adjacency::in_memory(workspace.entries(), &of_cut, cut_open.len());
+            let survey =
+                Survey::<N>::in_memory(workspace.survey(), &cut_open, &of_cut, &incident, LEAST_TURN_COSINE);
             let estimates =
                 estimate_all(workspace, Cow::Owned(cut_open), Cow::Owned(of_cut), incident, survey, options);
             copies.join(estimates, count)
@@ -133,7 +136,7 @@ fn estimate_all<N: Kept>(
     vertices.map_init(leased, estimate).collect_into_vec(&mut estimates);
     drop(pool);
     let Prepared { ring, normals, sites, .. } = prepared;
-    workspace.keep_survey(ring, normals, sites);
+    workspace.keep_survey(ring, (normals, sites));
     estimates
 }
 

@@ -110,9 +110,13 @@ impl BakedMinimum {
 
     /// Takes all walks that have not been asked for, in parallel. `field` must be that of all other questions.
     pub fn fill(&self, field: &CurvatureField<'_>) {
-        (0..self.lowering.len() / self.azimuths).into_par_iter().for_each(|vertex| {
-            for azimuth in 0..self.azimuths {
-                self.lowering(field, vertex, azimuth);
+        self.lowering.par_chunks(self.azimuths).enumerate().for_each(|(vertex, row)| {
+            let unknown = |place: &AtomicU32| place.load(Relaxed) == UNKNOWN;
+            if row.iter().any(unknown) {
+                let around = self.around(field, vertex);
+                for (azimuth, place) in row.iter().enumerate().filter(|(_, place)| unknown(place)) {
+                    place.store(self.walked(field, around.as_ref(), azimuth).to_bits(), Relaxed);
+                }
             }
         });
     }
@@ -124,18 +128,22 @@ impl BakedMinimum {
         if known != UNKNOWN {
             return f32::from_bits(known);
         }
-        let lowered = self.walk_from(field, vertex, azimuth).unwrap_or(0.0);
+        let lowered = self.walked(field, self.around(field, vertex).as_ref(), azimuth);
         place.store(lowered.to_bits(), Relaxed);
         lowered
     }
 
     /// `None` for a vertex without an estimate, or without a triangle.
-    fn walk_from(&self, field: &CurvatureField<'_>, vertex: usize, azimuth: usize) -> Option<f32> {
-        let around = Around::vertex(field, self.first.as_ref()?, vertex)?;
-        let start =
-            around.start(field, std::f64::consts::TAU * azimuth as f64 / self.azimuths as f64, 0.0)?;
+    fn around<'p>(&self, field: &'p CurvatureField<'_>, vertex: usize) -> Option<Around<'p>> {
+        Around::vertex(field, self.first.as_ref()?, vertex)
+    }
+
+    /// What a walk finds; zero where there is none.
+    fn walked(&self, field: &CurvatureField<'_>, around: Option<&Around<'_>>, azimuth: usize) -> f32 {
+        let angle = std::f64::consts::TAU * azimuth as f64 / self.azimuths as f64;
+        let Some(start) = around.and_then(|around| around.start(field, angle, 0.0)) else { return 0.0 };
         let length = self.walk.resolve(start.along(field), start.cosine, field.diagonal());
-        Some(nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0)))
+        nearest_f32((start.kappa(field) - minimum_past(field, &start, length).kappa).max(0.0))
     }
 
     /// Directions per vertex.

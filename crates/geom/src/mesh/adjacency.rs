@@ -41,10 +41,10 @@ impl Adjacency {
         let total = offsets[vertex_count] as usize;
         // Relaxed atomics are plain memory that threads may share.
         let mut entries: Vec<AtomicU32> = entries.into_iter().map(AtomicU32::new).collect();
-        if entries.len() < total {
+        if entries.capacity() < total {
             entries = (0..total).into_par_iter().map(|_| AtomicU32::new(0)).collect();
         }
-        entries.truncate(total);
+        entries.resize_with(total, || AtomicU32::new(0));
         triangles.par_chunks(size).zip(&mut places).enumerate().for_each(|(part, (triangles, next))| {
             for (index, triangle) in triangles.iter().enumerate() {
                 let index = index_u32(part * size + index);

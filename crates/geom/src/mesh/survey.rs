@@ -60,8 +60,8 @@ struct Block {
 }
 
 impl<N: Oriented> Survey<N> {
-    /// Visits all vertices, given the triangles at each; `least_cosine` is that of the angle that [`turning`](Self::turning) is
-    /// about, less than 90 degrees.
+    /// [`in_memory`](Self::in_memory) of its own.
+    #[cfg(test)]
     pub(crate) fn new(
         positions: &[Vec3],
         triangles: &[[u32; 3]],
@@ -71,7 +71,8 @@ impl<N: Oriented> Survey<N> {
         Self::in_memory(SurveyMemory::default(), positions, triangles, incident, least_cosine)
     }
 
-    /// The same, in the memory of another survey where there is room.
+    /// Visits all vertices, given the triangles at each, in the memory of another survey where there is room; `least_cosine` is that of the angle that
+    /// [`turning`](Self::turning) is about, less than 90 degrees.
     pub(crate) fn in_memory(
         memory: SurveyMemory<N>,
         positions: &[Vec3],
@@ -82,17 +83,17 @@ impl<N: Oriented> Survey<N> {
         let mut fans = vec![Fan::Empty; incident.len()];
         let SurveyMemory { mut slots, mut normals } = memory;
         let count = incident.len();
-        if slots.len() < count {
+        if slots.capacity() < count {
             // Zeros come from the system, and the tasks are the first to touch them.
             slots = vec![[0; SLOT]; count];
         }
-        if normals.len() < count {
+        let none = N::new(&Vec3::zeros(), &Vec3::zeros());
+        if normals.capacity() < count {
             // Not `vec!`, which would touch this much memory for the first time on one thread.
-            let none = N::new(&Vec3::zeros(), &Vec3::zeros());
             normals = (0..count).into_par_iter().with_min_len(BLOCK).map(|_| none).collect();
         }
-        slots.truncate(count);
-        normals.truncate(count);
+        slots.resize(count, [0; SLOT]);
+        normals.resize(count, none);
         let corners = |vertex: usize| incident.row(vertex).iter().flat_map(|&t| triangles[t as usize]);
         let ahead = Lookahead::new(incident.len(), |vertex| corners(vertex).max().unwrap_or(0));
         let surveyor = Surveyor { positions, triangles, incident, least_cosine, ahead };
