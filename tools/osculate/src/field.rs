@@ -123,7 +123,7 @@ fn point(triangle: usize, barycentrics: [f32; 3]) -> SurfacePoint {
 }
 
 fn widen(v: Vec3) -> osculate_geom::Vec3 {
-    osculate_geom::Vec3::new(v.x.into(), v.y.into(), v.z.into()).normalize()
+    osculate_geom::Vec3::new(v.x.into(), v.y.into(), v.z.into())
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "pictures are f32")]
@@ -133,7 +133,7 @@ fn narrow(kappa: f64) -> f32 {
 
 impl DirectionalCurvature for OwnedField {
     fn along(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32> {
-        self.field.kappa_along(point(triangle, barycentrics), widen(direction)).map(narrow)
+        self.field.kappa_along(point(triangle, barycentrics), widen(direction).normalize()).map(narrow)
     }
 
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {

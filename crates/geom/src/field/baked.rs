@@ -8,7 +8,7 @@
 //!
 //! By [`SkipBounds`], a walk lowers the section's curvature by an amount in `[0, V]` from every point of a triangle, its
 //! corners included. The interpolated amount is a mean of such amounts. So the table is never further than `V` from the walk of the
-//! same length. That holds always and says little; how far off it typically is is measured on spread queries, and both are
+//! same length, but for rounding: it answers in single precision, off by some 1e-6 of the largest curvature at the corners. That holds always and says little; how far off it typically is is measured on spread queries, and both are
 //! reported ([`BakedError`]).
 
 use std::sync::atomic::AtomicU32;
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::azimuths::{Around, Between, FirstTriangles};
-use super::corners::Corners;
+use super::glance::Glance;
 use super::march::minimum_past;
 use super::queries::spread_queries;
 use super::skip::SkipBounds;
@@ -27,7 +27,8 @@ use super::surface_field::CurvatureField;
 use super::walk_length::WalkLength;
 use crate::bake::nearest_f32;
 
-/// For every surface vertex, by how much the minimum filter lowers the curvature in a number of directions.
+/// For every surface vertex, by how much the minimum filter lowers the curvature in a number of directions, in single precision: curvatures have
+/// to be in its range.
 #[derive(Debug)]
 pub struct BakedMinimum {
     azimuths: usize,
@@ -53,7 +54,7 @@ pub struct BakedError {
     pub p99: f64,
     /// The worst of them.
     pub max: f64,
-    /// No query is off by more: proved, see [`SkipBounds`]. `None` where a triangle has no bound.
+    /// No query is off by more, but for rounding to single precision: proved, see [`SkipBounds`]. `None` where a triangle has no bound.
     pub proved: Option<f64>,
 }
 
@@ -190,15 +191,20 @@ impl BakedMinimum {
     }
 
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
-    pub(super) fn kappa(&self, field: &CurvatureField<'_>, start: &Start) -> f64 {
-        let Some(at) = &start.section else { return start.along(field) };
-        let corners = Corners::of(field, start.point).expect("a corner has an estimate");
-        let [lowering] = corners.mean_at(|vertex, principal| {
-            let between = Between::new(principal, &at.forward, self.azimuths);
-            [between.mix(|azimuth| self.lowering(field, vertex, azimuth).into())]
-        });
+    pub(super) fn kappa(&self, field: &CurvatureField<'_>, glance: &Glance) -> f64 {
+        let Some(at) = &glance.section else { return glance.along() };
+        let lowering: f64 = glance
+            .turns(at.forward)
+            .map(|(vertex, weight, turn)| {
+                let between = Between::new(turn, self.azimuths);
+                let [before, after] = between.entries.map(|azimuth| self.lowering(field, vertex, azimuth));
+                // Not in single precision, which need not hold curvatures of tiny meshes times anything.
+                f64::from(weight)
+                    * (f64::from(before) + f64::from(between.share) * (f64::from(after) - f64::from(before)))
+            })
+            .sum();
         // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
-        start.along(field).min(at.kappa - lowering)
+        glance.along().min(glance.kappa(at, 0.0) - lowering)
     }
 
     /// Measures how far the table is from the walk, on `queries` spread queries. `None` without any.
@@ -224,7 +230,7 @@ impl BakedMinimum {
             let start = Start::new(field, query.point, query.w)?;
             let length = self.walk.resolve(start.along(field), start.cosine, field.diagonal());
             let march = minimum_past(field, &start, length);
-            Some((march.kappa - self.kappa(field, &start)).abs())
+            Some((march.kappa - self.kappa(field, &Glance::new(field, query.point, &query.w)?)).abs())
         });
         let mut errors: Vec<f64> = errors.collect();
         errors.sort_unstable_by(f64::total_cmp);

@@ -22,7 +22,7 @@ use spoke::Spoke;
 use super::azimuths::{Around, Between, FirstTriangles};
 use super::baked::quantile;
 use super::chord::{PACE, chord};
-use super::corners::Corners;
+use super::glance::{Glance, widen};
 use super::queries::spread_queries;
 use super::start::Start;
 use super::surface_field::CurvatureField;
@@ -143,19 +143,20 @@ impl BakedChord {
     }
 
     /// Curvature of the ray's circle, and its mean UV rate if the field has UVs.
-    pub(super) fn answer(&self, field: &CurvatureField<'_>, start: &Start) -> (f64, Option<[f64; 2]>) {
-        let Some(at) = &start.section else { return (start.along(field), None) };
-        let level = Level::of(start.cosine);
-        let corners = Corners::of(field, start.point).expect("a corner has an estimate");
-        let [kappa, ahead, aside] = corners.mean_at(|vertex, principal| {
-            let between = Between::new(principal, &at.forward, self.azimuths);
-            let [before, after] =
-                between.entries.map(|azimuth| self.spoke(field, vertex, azimuth).at(&level));
-            std::array::from_fn(|k| before[k] + between.share * (after[k] - before[k]))
-        });
-        let rate =
-            Ground::new(field, start.point.triangle, at).map(|ground| ground.uv_of([1.0 + ahead, aside]));
-        (at.kappa + kappa, rate)
+    pub(super) fn answer(&self, field: &CurvatureField<'_>, glance: &Glance) -> (f64, Option<[f64; 2]>) {
+        let Some(at) = &glance.section else { return (glance.along(), None) };
+        let level = Level::of(glance.cosine);
+        let mut sum = [0.0; VALUES];
+        for (vertex, weight, turn) in glance.turns(at.forward) {
+            let between = Between::new(turn, self.azimuths);
+            for (azimuth, share) in between.shares() {
+                self.spoke(field, vertex, azimuth).add(&mut sum, &level, weight * share);
+            }
+        }
+        let [kappa, ahead, aside] = sum;
+        let way = [1.0 + ahead, aside].map(f64::from);
+        let ground = Ground::new(field, glance.triangle, &widen(at.plane), &widen(at.forward));
+        (glance.kappa(at, kappa), ground.map(|ground| ground.uv_of(way)))
     }
 
     /// Measures how far the table is from the chords, on `queries` spread queries. `None` without any.
@@ -165,7 +166,7 @@ impl BakedChord {
         let off = spread.par_iter().filter_map(|query| {
             let start = Start::new(field, query.point, query.w)?;
             let exact = chord(field, &start, self.walk, PACE);
-            let (kappa, rate) = self.answer(field, &start);
+            let (kappa, rate) = self.answer(field, &Glance::new(field, query.point, &query.w)?);
             let off = exact.uv_rate.zip(rate).map_or(0.0, |(exact, rate)| {
                 (exact[0] - rate[0]).hypot(exact[1] - rate[1]) / exact[0].hypot(exact[1])
             });
@@ -187,7 +188,7 @@ impl BakedChord {
 /// Where a cosine lies between the elevations of a table.
 struct Level {
     below: usize,
-    share: f64,
+    share: f32,
 }
 
 /// Cosine of an elevation of the table: closer to each other towards the horizon, where chords are long.
@@ -196,15 +197,17 @@ fn cosine(level: usize) -> f64 {
 }
 
 impl Level {
-    fn of(cosine: f64) -> Self {
-        let place = cosine.sqrt() * ELEVATIONS as f64;
+    #[inline]
+    fn of(cosine: f32) -> Self {
+        let place = cosine.sqrt() * ELEVATIONS as f32;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cosines are in [0, 1]")]
         let below = (place as usize).min(ELEVATIONS - 1);
-        Self { below, share: place - below as f64 }
+        Self { below, share: place - below as f32 }
     }
 
     /// Elevations that are kept, and their shares.
-    fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
+    #[inline]
+    fn nodes(&self) -> impl Iterator<Item = (usize, f32)> {
         let nodes = [(self.below, 1.0 - self.share), (self.below + 1, self.share)];
         nodes.into_iter().filter(|(node, _)| *node < ELEVATIONS)
     }

@@ -19,8 +19,6 @@ pub(super) struct Corners<'a> {
 /// A corner that counts.
 #[derive(Debug, Clone, Copy)]
 struct Corner<'a> {
-    /// Of the surface.
-    vertex: u32,
     estimate: &'a Principal,
     weight: f64,
 }
@@ -33,7 +31,7 @@ impl<'a> Corners<'a> {
         let corners = [0, 1, 2].map(|k| {
             let (vertex, weight) = (vertices[k], point.barycentric[k]);
             let estimate = field.principal(vertex).filter(|_| weight > 0.0)?;
-            Some(Corner { vertex, estimate, weight })
+            Some(Corner { estimate, weight })
         });
         let weight: f64 = corners.iter().flatten().map(|corner| corner.weight).sum();
         (weight > 0.0).then_some(Self { corners, weight })
@@ -47,17 +45,6 @@ impl<'a> Corners<'a> {
     ) -> T {
         self.corners.iter().flatten().map(|corner| value(corner.estimate) * corner.weight).sum::<T>()
             / self.weight
-    }
-
-    /// Interpolates what `value` makes of a vertex and its estimate.
-    #[inline]
-    pub fn mean_at<const N: usize>(&self, value: impl Fn(usize, &Principal) -> [f64; N]) -> [f64; N] {
-        let mut sum = [0.0; N];
-        for &Corner { vertex, estimate, weight } in self.corners.iter().flatten() {
-            let values = value(vertex as usize, estimate);
-            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
-        }
-        sum.map(|sum| sum / self.weight)
     }
 
     /// The normal of the fitted surface; unit, `None` where the corners' normals cancel.

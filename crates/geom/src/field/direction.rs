@@ -9,6 +9,14 @@ use crate::curvature::Principal;
 /// defined; a smaller one makes the blend so steep (slope 1 / sine) that f32 directions see a jump.
 pub(super) const NORMAL_INCIDENCE_SINE: f64 = 0.02;
 
+/// The unit vector of a direction of any length; `None` for a vector that has none.
+#[inline]
+pub(super) fn unit(w: &Vec3) -> Option<Vec3> {
+    // Beyond the range of squares the largest coordinate comes first.
+    let w = if w.norm_squared().is_normal() { *w } else { w / w.amax() };
+    w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))
+}
+
 /// Curvature along a world-space direction `w` of unit length: `x^T T x / x^T x` with `x = w - n (n . w)`, `T` the
 /// curvature tensor (Kuznetsov et al., "Rendering Neural Materials on Curved Surfaces", SIGGRAPH 2022, Sec. 4.2, eqs. 1
 /// and 4).
@@ -48,6 +56,23 @@ mod tests {
         d1: Vec3::new(1.0, 0.0, 0.0),
         d2: Vec3::new(0.0, 1.0, 0.0),
     };
+
+    #[test]
+    fn directions_of_any_length_have_a_unit_vector() {
+        let w = Vec3::new(0.6, 0.0, -0.8);
+        for length in [5e-324, 1e-310, 1e-200, 1.0, 1e200, 1e308] {
+            // The smallest numbers have one bit.
+            let tolerance = if length < 1e-300 { 0.5 } else { 1e-15 };
+            let found = unit(&(w * length)).unwrap();
+            assert!(
+                (found - w).norm() < tolerance && (found.norm() - 1.0).abs() < 1e-15,
+                "{length}: {found}"
+            );
+        }
+        for w in [Vec3::zeros(), Vec3::repeat(f64::NAN), Vec3::x() * f64::INFINITY, -w * f64::INFINITY] {
+            assert_eq!(unit(&w), None, "{w}");
+        }
+    }
 
     #[test]
     fn euler_and_its_limit_at_normal_incidence() {

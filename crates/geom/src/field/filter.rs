@@ -8,7 +8,8 @@ use super::baked::BakedMinimum;
 use super::baked_chord::BakedChord;
 use super::chord::{PACE, chord};
 use super::corners::Corners;
-use super::direction::kappa_along;
+use super::direction::{kappa_along, unit};
+use super::glance::Glance;
 use super::march::minimum_past;
 use super::section::Stop;
 use super::skip::SkipBounds;
@@ -157,22 +158,26 @@ impl Filter {
     #[must_use]
     pub fn ask(&self, field: &CurvatureField<'_>, query: &FilterQuery) -> Option<FilterAnswer> {
         if let Self::Point = self {
-            let w = query.w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
+            let w = unit(&query.w)?;
             let corners = Corners::of(field, query.point)?;
             let kappa = corners.mean(|principal| kappa_along(principal, &w));
             let across = corners.mean(|principal| principal.kappa_max + principal.kappa_min) - kappa;
             return Some(FilterAnswer::without_walk(kappa, across, Stop::NoWalk));
         }
+        if let Self::Baked(table) = self {
+            let glance = Glance::new(field, query.point, &query.w)?;
+            let kappa = table.kappa(field, &glance);
+            return Some(FilterAnswer::without_walk(kappa, glance.across(), Stop::NoWalk));
+        }
+        if let Self::BakedChord(table) = self {
+            let glance = Glance::new(field, query.point, &query.w)?;
+            let (kappa, uv_rate) = table.answer(field, &glance);
+            let still = FilterAnswer::without_walk(kappa, glance.across(), Stop::NoWalk);
+            return Some(FilterAnswer { uv_rate, ..still });
+        }
         let start = Start::new(field, query.point, query.w)?;
         let across = start.across();
         let still = |kappa, stop| FilterAnswer::without_walk(kappa, across, stop);
-        if let Self::Baked(table) = self {
-            return Some(still(table.kappa(field, &start), Stop::NoWalk));
-        }
-        if let Self::BakedChord(table) = self {
-            let (kappa, uv_rate) = table.answer(field, &start);
-            return Some(FilterAnswer { uv_rate, ..still(kappa, Stop::NoWalk) });
-        }
         if let Self::Chord = self {
             let found = chord(field, &start, query.length, PACE);
             return Some(FilterAnswer {

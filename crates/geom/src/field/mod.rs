@@ -11,6 +11,7 @@ mod corners;
 mod direction;
 mod filter;
 mod front;
+mod glance;
 mod march;
 mod queries;
 mod section;

@@ -1,7 +1,7 @@
 //! What every filter asks first: the ray's frame at its starting point, and the curvature there.
 
 use super::corners::Corners;
-use super::direction::{NORMAL_INCIDENCE_SINE, section_curvature};
+use super::direction::{NORMAL_INCIDENCE_SINE, section_curvature, unit};
 use super::section::Section;
 use super::surface_field::{CurvatureField, SurfacePoint};
 use crate::Vec3;
@@ -35,7 +35,7 @@ pub(super) struct StartSection {
 impl Start {
     /// `None` if no corner has an estimate, or `w` has no direction.
     pub fn new(field: &CurvatureField<'_>, point: SurfacePoint, w: Vec3) -> Option<Self> {
-        let w = w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))?;
+        let w = unit(&w)?;
         let corners = Corners::of(field, point)?;
         let normal = corners.normal().unwrap_or_default();
         let cosine = normal.dot(&w).clamp(0.0, 1.0);

@@ -1,9 +1,11 @@
 //! [`CurvatureField`]: the estimates of a surface, asked at any of its points.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use super::corners::Corners;
 use super::direction::kappa_along;
+use super::glance::Axes;
 use super::march::{self, March};
 use super::start::Start;
 use super::vertex_bend::VertexBend;
@@ -32,6 +34,8 @@ pub struct CurvatureField<'a> {
     corner_uvs: Vec<[[f64; 2]; 3]>,
     /// Per vertex, for walks.
     bends: Vec<VertexBend>,
+    /// Per vertex, for tables, once one is asked.
+    axes: OnceLock<Vec<Axes>>,
     /// Bit `k` for every triangle: whether UV are others beyond its side `k`; empty without.
     uv_jumps: Vec<u8>,
 }
@@ -50,7 +54,16 @@ impl<'a> CurvatureField<'a> {
         let diagonal = surface.bbox_diagonal();
         let bends =
             curvature.iter().map(|v| VertexBend::new(v.principal.as_ref(), length_unit(diagonal))).collect();
-        Self { surface, curvature, topology, diagonal, bends, corner_uvs: Vec::new(), uv_jumps: Vec::new() }
+        Self {
+            surface,
+            curvature,
+            topology,
+            diagonal,
+            bends,
+            axes: OnceLock::new(),
+            corner_uvs: Vec::new(),
+            uv_jumps: Vec::new(),
+        }
     }
 
     /// The same field with a UV set of the mesh that the surface was made of, for the chord's UV rate. Without such a set
@@ -132,6 +145,14 @@ impl<'a> CurvatureField<'a> {
     /// How the surface is bent at a vertex; lengths in it are of [`Self::bend_scale`].
     pub(super) fn bend(&self, vertex: u32) -> &VertexBend {
         &self.bends[vertex as usize]
+    }
+
+    /// The estimate at a vertex in single precision; curvatures in it are those of [`Self::bend_scale`].
+    #[inline]
+    pub(super) fn axes(&self, vertex: u32) -> Axes {
+        let scale = self.bend_scale();
+        let narrow = || self.curvature.iter().map(|v| Axes::new(v.principal.as_ref(), scale)).collect();
+        self.axes.get_or_init(narrow)[vertex as usize]
     }
 
     /// The length that curvatures of [`Self::bend`] are the inverse of.

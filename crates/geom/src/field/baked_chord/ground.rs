@@ -1,6 +1,6 @@
 //! [`Ground`]: UV rates as ways along a triangle, so that a table's hold in every chart.
 
-use crate::field::start::StartSection;
+use crate::Vec3;
 use crate::field::surface_field::CurvatureField;
 
 /// A triangle in the axes of a ray: the way it goes in the triangle's plane, and to the side of that.
@@ -10,8 +10,8 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    /// `None` without UVs, and for triangles without area.
-    pub fn new(field: &CurvatureField<'_>, triangle: usize, at: &StartSection) -> Option<Self> {
+    /// `plane` is the unit normal of the ray's plane, `forward` the way it goes. `None` without UVs, and for triangles without area.
+    pub fn new(field: &CurvatureField<'_>, triangle: usize, plane: &Vec3, forward: &Vec3) -> Option<Self> {
         let uvs = field.corner_uvs(triangle)?;
         let [a, b, c] = field.surface().corners(triangle);
         let edges = [b - a, c - a];
@@ -21,12 +21,12 @@ impl Ground {
         let duals = [edges[1].cross(&normal) / squared, normal.cross(&edges[0]) / squared];
         let gradients =
             [0, 1].map(|k| duals[0] * (uvs[1][k] - uvs[0][k]) + duals[1] * (uvs[2][k] - uvs[0][k]));
-        let ahead = at.plane.normal.cross(&normal);
+        let ahead = plane.cross(&normal);
         // As long as `ahead` times the normal.
-        let aside = at.plane.normal * squared - normal * normal.dot(&at.plane.normal);
+        let aside = plane * squared - normal * normal.dot(plane);
         let length = ahead.norm();
         // The triangle may be turned over.
-        let ahead = ahead * (ahead.dot(&at.forward).signum() / length);
+        let ahead = ahead * (ahead.dot(forward).signum() / length);
         let aside = aside / (length * squared.sqrt());
         let uv_from_axes = [ahead, aside].map(|axis| gradients.map(|gradient| gradient.dot(&axis)));
         uv_from_axes.iter().flatten().all(|x| x.is_finite()).then_some(Self { uv_from_axes })

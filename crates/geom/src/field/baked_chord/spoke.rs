@@ -12,7 +12,7 @@ use crate::field::walk_length::WalkLength;
 /// What chords add at a vertex in one azimuth, per elevation.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spoke {
-    /// What a step of its curvatures is, 1/length, and one of its rates.
+    /// What a step of its curvatures is, times the field's [unit of length](CurvatureField::bend_scale), and one of its rates.
     steps: [f32; 2],
     /// Per elevation: curvature and both components of the UV rate, in steps.
     numbers: [[i16; VALUES]; ELEVATIONS],
@@ -52,17 +52,15 @@ impl Spoke {
         Self { steps: [kappa, rate], numbers }
     }
 
-    /// Between two elevations: a curvature, and a way ahead and aside.
-    pub fn at(&self, level: &Level) -> [f64; VALUES] {
-        let mut values = [0.0; VALUES];
-        for (node, share) in level.nodes() {
-            for (value, number) in values.iter_mut().zip(self.numbers[node]) {
-                *value += share * f64::from(number);
+    /// Adds a share of what lies between two elevations: a curvature in the field's unit of length, and a way ahead and aside.
+    #[inline]
+    pub fn add(&self, sum: &mut [f32; VALUES], level: &Level, share: f32) {
+        let [kappa, rate] = self.steps.map(|step| share * step);
+        for (node, of_level) in level.nodes() {
+            for ((sum, number), step) in sum.iter_mut().zip(self.numbers[node]).zip([kappa, rate, rate]) {
+                *sum += of_level * step * f32::from(number);
             }
         }
-        let [step, rate_step] = self.steps.map(f64::from);
-        let [kappa, ahead, aside] = values;
-        [kappa * step, ahead * rate_step, aside * rate_step]
     }
 }
 
@@ -76,7 +74,7 @@ fn additions(
     let at = start.section.as_ref()?;
     let begun =
         Beginning::new(field, at.plane, start.point, at.forward).filter(|begun| !begun.is_speck(field))?;
-    let ground = Ground::new(field, begun.piece.from.triangle, at);
+    let ground = Ground::new(field, begun.piece.from.triangle, &at.plane.normal, &at.forward);
     let mut way = Way::new(field, start, at, &begun);
     let mut additions = [[0.0; VALUES]; ELEVATIONS];
     // The steepest ray first: the way becomes longer from ray to ray.
@@ -84,7 +82,7 @@ fn additions(
         let found = chord_from(&mut way, &start.at_cosine(cosine(level)), at, walk, PACE);
         let axes = found.uv_rate.and_then(|rate| ground.as_ref()?.axes_of(rate));
         let [ahead, aside] = axes.map_or([0.0; 2], |[ahead, aside]| [ahead - 1.0, aside]);
-        *addition = [found.kappa - at.kappa, ahead, aside];
+        *addition = [(found.kappa - at.kappa) * field.bend_scale(), ahead, aside];
     }
     Some(additions)
 }

@@ -153,7 +153,9 @@ proptest! {
                     let point = Filter::Point.ask(&field, &query).unwrap();
                     // All but the chord and its table are a minimum that the point's curvature is part of.
                     if !matches!(filter.kind(), FilterKind::Chord | FilterKind::BakedChord) {
-                        prop_assert!(answer.kappa <= point.kappa);
+                        let is_table = filter.kind() == FilterKind::Baked;
+                        let rounding = if is_table { single_precision(&field) } else { 0.0 };
+                        prop_assert!(answer.kappa <= point.kappa + rounding);
                     }
                 }
             }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 mod baked_chord;
 mod chord;
 mod degenerate;
+mod glance;
 
 use super::*;
 use crate::curvature::{CurvatureOptions, estimate};
@@ -29,6 +30,14 @@ fn estimated(mesh: &Mesh) -> CurvatureField<'_> {
     let surface = Surface::new(mesh, Weld::Exact);
     let curvature = estimate(&surface, &CurvatureOptions::default()).unwrap();
     CurvatureField::new(surface, curvature).with_uv_set(mesh, 0)
+}
+
+/// What answers of tables are off by for being in single precision: of the order of its rounding times the largest curvature.
+fn single_precision(field: &CurvatureField<'_>) -> f64 {
+    let vertices = 0..crate::mesh::index_u32(field.surface().positions().len());
+    let largest =
+        vertices.filter_map(|v| field.principal(v)).map(|p| p.kappa_max.abs().max(p.kappa_min.abs()));
+    2e-6 * largest.fold(0.0, f64::max)
 }
 
 fn vertex(triangle: usize) -> SurfacePoint {
@@ -86,8 +95,12 @@ fn what_is_across_one_ray_is_along_another() {
             filter.ask(&field, &FilterQuery { point, w: along + 0.3 * n, length: walk }).unwrap().across
         });
         for (answer, filter) in answers.zip(&filters) {
-            // The point's filter blends some mean curvature in.
-            let tolerance = if matches!(filter, Filter::Point) { 1e-2 } else { 1e-9 };
+            let tolerance = match filter {
+                // Blends some mean curvature in.
+                Filter::Point => 1e-2,
+                Filter::Baked(_) | Filter::BakedChord(_) => single_precision(&field),
+                _ => 1e-9,
+            };
             assert!(
                 (answer - expected).abs() < tolerance,
                 "{triangle} {:?}: {answer} {expected}",
@@ -105,11 +118,12 @@ fn tables_converge_to_the_walk_and_stay_within_the_proof() {
         let field = estimated(&mesh);
         let walk = WalkLength::Fixed(0.04 * field.diagonal());
         let bounds = SkipBounds::new(&field, walk.longest(field.diagonal()));
+        let rounding = single_precision(&field);
         let mut medians = Vec::new();
         for azimuths in BakedMinimum::AZIMUTHS {
             let table = BakedMinimum::new(&field, azimuths, walk);
             let error = table.error(&field, &bounds, 3000).unwrap();
-            assert!(error.max <= error.proved.unwrap(), "{error:?}");
+            assert!(error.max <= error.proved.unwrap() + rounding, "{error:?}");
             medians.push(error.median);
             let filter = Filter::Baked(Arc::new(table));
             for query in spread_queries(&field, 1000, walk) {
@@ -117,7 +131,7 @@ fn tables_converge_to_the_walk_and_stay_within_the_proof() {
                 let march = Filter::March.ask(&field, &query).unwrap();
                 let proved = f64::from(bounds.bound(query.point.triangle));
                 assert!(
-                    (baked.kappa - march.kappa).abs() <= proved,
+                    (baked.kappa - march.kappa).abs() <= proved + rounding,
                     "{query:?} {baked:?} {march:?} {proved}"
                 );
             }
@@ -161,9 +175,7 @@ fn tables_are_exact_at_vertices_in_their_directions() {
             let query = FilterQuery { point, w, length: walk };
             let baked = Filter::Baked(table.clone()).ask(&field, &query).unwrap();
             let march = Filter::March.ask(&field, &query).unwrap();
-            // The table is f32, of the size of the curvature.
-            let tolerance = 1e-6 * (1.0 + march.kappa.abs());
-            assert!((baked.kappa - march.kappa).abs() < tolerance, "{baked:?} {march:?}");
+            assert!((baked.kappa - march.kappa).abs() < single_precision(&field), "{baked:?} {march:?}");
         }
     }
 }
