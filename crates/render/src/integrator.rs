@@ -20,7 +20,7 @@ use crate::present::Simulated;
 use crate::sampler::Sampler;
 use crate::shading::ShadingPoint;
 use crate::silhouette::{Met, Purpose, SilhouettePoint};
-use crate::vertex::Vertex;
+use crate::vertex::{Surface, Vertex};
 
 /// Radiance along a camera ray.
 pub(crate) type RadianceFn =
@@ -100,9 +100,13 @@ fn path(
             return total;
         }
         counters.indirect_vertices += u64::from(depth > 0);
-        let vertex = match silhouette {
+        let surface;
+        let vertex = match &silhouette {
             Some(point) if effects.silhouettes() => Vertex::Silhouette(point.enter(counters)),
-            _ => surface_vertex(scene, effects, &hit, -ray.direction, counters),
+            _ => {
+                surface = surface_at(scene, effects, &hit, -ray.direction, counters);
+                Vertex::Surface(&surface)
+            }
         };
         let receiver = vertex.receiver();
         let importance = light_importance(scene, effects, &receiver);
@@ -226,16 +230,17 @@ pub(crate) fn plain_opacity(scene: &Prepared, hit: &Hit) -> f32 {
     scene.material_of(hit.triangle).map_or(1.0, |material| material.opacity)
 }
 
-pub(crate) fn surface_vertex<'a>(
+/// The ordinary surface at a hit.
+pub(crate) fn surface_at<'a>(
     scene: &'a Prepared,
     effects: Simulated,
     hit: &Hit,
     wo: Vec3,
     counters: &mut Counters,
-) -> Vertex<'a> {
+) -> Surface<'a> {
     let point = ShadingPoint::new(scene, hit, wo);
     let bsdf = point.bsdf(scene, base_color(effects, &point, counters));
-    Vertex::Surface { point, bsdf }
+    Surface { point, bsdf }
 }
 
 fn base_color(effects: Simulated, point: &ShadingPoint<'_>, counters: &mut Counters) -> Vec3 {

@@ -195,7 +195,7 @@ impl<'a> SilhouettePoint<'a> {
     }
 
     /// The point as a path vertex.
-    pub(crate) fn enter(self, counters: &mut Counters) -> SilhouetteVertex<'a> {
+    pub(crate) fn enter(&self, counters: &mut Counters) -> SilhouetteVertex<'_> {
         if !self.asks_offset() {
             return self.entered(self.unmoved());
         }
@@ -204,19 +204,19 @@ impl<'a> SilhouettePoint<'a> {
     }
 
     /// The same with the material's answer.
-    pub(crate) fn entered(self, entry: Entry) -> SilhouetteVertex<'a> {
+    pub(crate) fn entered(&self, entry: Entry) -> SilhouetteVertex<'_> {
         SilhouetteVertex { point: self, entry }
     }
 }
 
 /// A point where the ray hits the material, ready for any number of lights.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SilhouetteVertex<'a> {
-    point: SilhouettePoint<'a>,
+pub(crate) struct SilhouetteVertex<'v> {
+    point: &'v SilhouettePoint<'v>,
     entry: Entry,
 }
 
-impl<'a> SilhouetteVertex<'a> {
+impl<'v> SilhouetteVertex<'v> {
     /// The smooth normal of the bounding surface.
     pub(crate) fn normal(&self) -> Vec3 {
         self.point.frame.n
@@ -228,7 +228,7 @@ impl<'a> SilhouetteVertex<'a> {
     }
 
     /// What is asked for a colour.
-    pub(crate) fn btf(&self) -> &'a Btf {
+    pub(crate) fn btf(&self) -> &'v Btf {
         self.point.btf()
     }
 
@@ -245,7 +245,7 @@ impl<'a> SilhouetteVertex<'a> {
 
     /// The world direction `wi` in the material's metric.
     pub(crate) fn query_wi(&self, wi: Vec3) -> Vec3 {
-        let SilhouettePoint { material, frame, uv_from_tangent, .. } = self.point;
+        let &SilhouettePoint { material, frame, uv_from_tangent, .. } = self.point;
         let local = self.point.bend.lifted(frame.local_from_world(wi));
         let tangent = uv_from_tangent * local.truncate() * material.tile_size;
         // Zero only on a triangle without UV area, lit along it.
@@ -254,7 +254,7 @@ impl<'a> SilhouetteVertex<'a> {
 
     /// The density of [`Self::draw`] over solid angle.
     pub(crate) fn pdf(&self, wi: Vec3) -> f32 {
-        let SilhouettePoint { material, frame, turn, bend, .. } = self.point;
+        let &SilhouettePoint { material, frame, turn, bend, .. } = self.point;
         let local = frame.local_from_world(wi);
         let lifted = bend.lifted(local);
         material.sampler.pdf(&self.turned(), (turn * lifted.truncate()).extend(lifted.z))
@@ -264,14 +264,14 @@ impl<'a> SilhouetteVertex<'a> {
     /// What directions are drawn for: the query, with `wo` as it is in the world. Materials that make nothing of curvature may or may not be
     /// told it, which must not change what is drawn.
     fn turned(&self) -> Incidence {
-        let SilhouettePoint { turned_wo, uv, kappa_hat, .. } = self.point;
+        let &SilhouettePoint { turned_wo, uv, kappa_hat, .. } = self.point;
         let kappa_hat = if self.btf().uses_curvature() { kappa_hat } else { 0.0 };
         Incidence { uv, wo: turned_wo, kappa_hat }
     }
 
     /// Draws a world direction.
     pub(crate) fn draw(&self, pick: f32, u: [f32; 2]) -> Vec3 {
-        let SilhouettePoint { material, frame, turn, bend, .. } = self.point;
+        let &SilhouettePoint { material, frame, turn, bend, .. } = self.point;
         let turned = material.sampler.draw(&self.turned(), pick, u.into());
         frame.world_from_local(bend.lowered((turn.transpose() * turned.truncate()).extend(turned.z)))
     }

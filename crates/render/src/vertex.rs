@@ -9,12 +9,18 @@ use crate::present::BELOW_HORIZON;
 use crate::shading::ShadingPoint;
 use crate::silhouette::SilhouetteVertex;
 
-/// A point where light is reflected. Directions are in the world.
-pub(crate) enum Vertex<'a> {
-    /// An ordinary surface, seen from either side.
-    Surface { point: ShadingPoint<'a>, bsdf: Bsdf },
+/// An ordinary surface, seen from either side.
+pub(crate) struct Surface<'a> {
+    pub point: ShadingPoint<'a>,
+    pub bsdf: Bsdf,
+}
+
+/// A point where light is reflected. Directions are in the world. What is large about it lies elsewhere.
+#[derive(Clone, Copy)]
+pub(crate) enum Vertex<'v> {
+    Surface(&'v Surface<'v>),
     /// A bounding surface with a silhouette BTF under it.
-    Silhouette(SilhouetteVertex<'a>),
+    Silhouette(SilhouetteVertex<'v>),
 }
 
 /// A sampled direction.
@@ -42,7 +48,7 @@ impl Vertex<'_> {
 
     pub(crate) fn receiver(&self) -> Receiver {
         match self {
-            Self::Surface { point, .. } => {
+            Self::Surface(Surface { point, .. }) => {
                 Receiver { origin: point.origin, normal: point.frame.n, sees: Sees::Hemisphere }
             }
             Self::Silhouette(vertex) => Receiver {
@@ -56,7 +62,7 @@ impl Vertex<'_> {
     /// Where rays start that leave in this direction.
     pub(crate) fn origin_towards(&self, direction: Vec3) -> Vec3 {
         match self {
-            Self::Surface { point, .. } => point.origin,
+            Self::Surface(Surface { point, .. }) => point.origin,
             Self::Silhouette(point) => point.origin_towards(direction),
         }
     }
@@ -65,7 +71,7 @@ impl Vertex<'_> {
     /// draws the direction.
     pub(crate) fn eval(&self, wi: Vec3, energy: &EnergyTable) -> (Vec3, f32) {
         match self {
-            Self::Surface { point, bsdf } => {
+            Self::Surface(Surface { point, bsdf }) => {
                 let (value, pdf) = bsdf.eval(point.wo, point.frame.local_from_world(wi), energy);
                 (if point.absorbs(wi) { Vec3::ZERO } else { value }, pdf)
             }
@@ -76,7 +82,7 @@ impl Vertex<'_> {
     /// Draws a direction, or `None` where nothing is reflected.
     pub(crate) fn sample(&self, pick: f32, u: [f32; 2], energy: &EnergyTable) -> Option<Scattered> {
         match self {
-            Self::Surface { point, bsdf } => {
+            Self::Surface(Surface { point, bsdf }) => {
                 let sample = bsdf.sample(point.wo, pick, u, energy)?;
                 let wi = point.frame.world_from_local(sample.wi);
                 (!point.absorbs(wi)).then_some(Scattered { wi, weight: sample.weight, pdf: sample.pdf })

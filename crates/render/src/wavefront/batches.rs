@@ -20,11 +20,11 @@ pub(super) struct Batches {
 }
 
 /// What a surface makes of a ray that hits it.
-pub(super) struct Opacity<'a> {
+pub(super) struct Opacity {
     /// Share of light that is stopped.
     pub share: f32,
-    /// What was found out about the material, if it has silhouettes.
-    pub silhouette: Option<SilhouettePoint<'a>>,
+    /// Where among the points with silhouettes the hit is, if it is one.
+    pub point: Option<usize>,
 }
 
 /// A colour that is wanted.
@@ -51,37 +51,40 @@ impl<'a> ColourRequest<'a> {
 }
 
 impl Batches {
-    /// Opacities of hits, with the directions of their rays.
+    /// Opacities of hits, with the directions of their rays. Adds the hits of materials with silhouettes to `points`.
     pub fn opacities<'a>(
         &mut self,
         cx: Context<'a>,
-        hits: impl Iterator<Item = (Hit, Vec3)>,
+        hits: impl ExactSizeIterator<Item = (Hit, Vec3)>,
         purpose: Purpose,
+        points: &mut Vec<SilhouettePoint<'a>>,
         counters: &mut Counters,
-    ) -> Vec<Opacity<'a>> {
-        let mut found: Vec<Opacity<'a>> = hits
-            .map(|(hit, direction)| match Met::new(cx.scene, &hit, -direction, purpose, counters) {
-                None => Opacity { share: plain_opacity(cx.scene, &hit), silhouette: None },
-                Some(Met::Back) => Opacity { share: 0.0, silhouette: None },
-                Some(Met::Opaque) => Opacity { share: 1.0, silhouette: None },
-                Some(Met::Front(point)) => Opacity { share: 1.0, silhouette: Some(point) },
-            })
-            .collect();
-        let asked = |(index, o): (usize, &Opacity<'a>)| {
-            let point = o.silhouette.as_ref().filter(|point| point.asks_opacity())?;
-            Some((point.btf(), index))
-        };
-        let mut order: Vec<(&Btf, usize)> = found.iter().enumerate().filter_map(asked).collect();
+    ) -> Vec<Opacity> {
+        let mut order: Vec<(&Btf, (usize, usize))> = Vec::with_capacity(hits.len());
+        let mut found = Vec::with_capacity(hits.len());
+        for (hit, direction) in hits {
+            let opacity = match Met::new(cx.scene, &hit, -direction, purpose, counters) {
+                None => Opacity { share: plain_opacity(cx.scene, &hit), point: None },
+                Some(Met::Back) => Opacity { share: 0.0, point: None },
+                Some(Met::Opaque) => Opacity { share: 1.0, point: None },
+                Some(Met::Front(point)) => {
+                    if point.asks_opacity() {
+                        order.push((point.btf(), (found.len(), points.len())));
+                    }
+                    points.push(point);
+                    Opacity { share: 1.0, point: Some(points.len() - 1) }
+                }
+            };
+            found.push(opacity);
+        }
         counters.opacity_queries += order.len() as u64;
         for group in by_material(&mut order) {
-            let incidence =
-                |&(_, k): &(_, usize)| found[k].silhouette.as_ref().map(SilhouettePoint::incidence);
             self.rays.clear();
-            self.rays.extend(group.iter().filter_map(incidence));
+            self.rays.extend(group.iter().map(|&(_, (_, point))| points[point].incidence()));
             self.alphas.clear();
             self.alphas.resize(group.len(), 0.0);
             group[0].0.alpha_batch(&self.rays, &mut self.alphas);
-            for (&(_, k), &alpha) in group.iter().zip(&self.alphas) {
+            for (&(_, (k, _)), &alpha) in group.iter().zip(&self.alphas) {
                 found[k].share = alpha;
             }
         }
@@ -89,8 +92,8 @@ impl Batches {
     }
 
     /// What the lights of points share that rays hit, in their order.
-    pub fn entries(&mut self, points: &[SilhouettePoint<'_>], counters: &mut Counters) -> Vec<Entry> {
-        let mut answers: Vec<Entry> = points.iter().map(SilhouettePoint::unmoved).collect();
+    pub fn entries(&mut self, points: &[&SilhouettePoint<'_>], counters: &mut Counters) -> Vec<Entry> {
+        let mut answers: Vec<Entry> = points.iter().map(|point| point.unmoved()).collect();
         let asking = points.iter().enumerate().filter(|(_, point)| point.asks_offset());
         let mut order: Vec<(&Btf, usize)> = asking.map(|(k, point)| (point.btf(), k)).collect();
         counters.offset_queries += order.len() as u64;
@@ -131,7 +134,9 @@ impl Batches {
 const NOWHERE: Entry = Entry { uv: Vec2::ZERO, wo: Vec3::Z, kappa_hat: 0.0, hit_uv: Vec2::ZERO };
 
 /// Sorts by what is asked and then by number; the groups that are asked the same thing.
-fn by_material<'o, 'a>(order: &'o mut [(&'a Btf, usize)]) -> impl Iterator<Item = &'o [(&'a Btf, usize)]> {
+fn by_material<'o, 'a, T: Copy + Ord>(
+    order: &'o mut [(&'a Btf, T)],
+) -> impl Iterator<Item = &'o [(&'a Btf, T)]> {
     let address = |btf: &Btf| std::ptr::from_ref(btf).cast::<()>().addr();
     let is_one = order.windows(2).all(|pair| address(pair[0].0) == address(pair[1].0));
     if !is_one {

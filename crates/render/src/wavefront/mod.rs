@@ -19,7 +19,7 @@ use osculate_geom::rays::Ray;
 
 use crate::camera::CameraRay;
 use crate::counters::Counters;
-use crate::integrator::{Found, first_dimension, surface_vertex, survives};
+use crate::integrator::{first_dimension, surface_at, survives};
 use crate::lighting::{
     Last, PathLimits, Strategy, draw_light, environment_light, light_importance, light_weight,
     rectangle_light, shadow_ray,
@@ -28,9 +28,10 @@ use crate::lights::{LightSample, Receiver};
 use crate::prepared::Prepared;
 use crate::present::Simulated;
 use crate::sampler::Sampler;
-use crate::vertex::{Scattered, Vertex};
+use crate::silhouette::SilhouettePoint;
+use crate::vertex::{Scattered, Surface, Vertex};
 use batches::{Batches, ColourRequest};
-use passing::{Shadow, next_surfaces, transmittances};
+use passing::{Found, Shadow, next_surfaces, transmittances};
 
 /// A path from the camera.
 #[derive(Debug)]
@@ -64,9 +65,9 @@ struct Context<'a> {
 }
 
 /// A vertex of a path.
-struct Node<'a> {
+struct Node<'v> {
     path: usize,
-    vertex: Vertex<'a>,
+    vertex: Vertex<'v>,
     receiver: Receiver,
     /// Sum of the lights' importances.
     importance: f32,
@@ -102,10 +103,12 @@ pub(crate) fn trace(
             paths[path].sampler.seek(first_dimension(depth));
         }
         counters.bounce_rays += if depth > 0 { active.len() as u64 } else { 0 };
-        let found = next_surfaces(cx, paths, &active, &mut batches, counters);
+        let mut points = Vec::with_capacity(active.len());
+        let found = next_surfaces(cx, paths, &active, &mut points, &mut batches, counters);
         let arrived = arrive(cx, paths, &active, found, depth);
         counters.indirect_vertices += if depth > 0 { arrived.len() as u64 } else { 0 };
-        let mut nodes = vertices(cx, paths, arrived, &mut batches, counters);
+        let surfaces = surfaces(cx, paths, &arrived, counters);
+        let mut nodes = vertices(cx, &arrived, &points, &surfaces, &mut batches, counters);
         let is_last = depth + 1 == limits.max_depth || !effects.interreflection();
         // Without lights that a ray can hit, the ray of the last vertex would find nothing.
         let lights_to_hit = effects.environment() || effects.area_lights();
@@ -122,13 +125,13 @@ pub(crate) fn trace(
 }
 
 /// Ends the paths that met a light or nothing, and those that are long enough; the others with what they found.
-fn arrive<'a>(
-    cx: Context<'a>,
+fn arrive(
+    cx: Context<'_>,
     paths: &mut [Path],
     active: &[usize],
-    found: Vec<Option<Found<'a>>>,
+    found: Vec<Option<Found>>,
     depth: u32,
-) -> Vec<(usize, Found<'a>)> {
+) -> Vec<(usize, Found)> {
     let mut arrived = Vec::with_capacity(active.len());
     for (&index, found) in active.iter().zip(found) {
         let path = &mut paths[index];
@@ -157,7 +160,7 @@ impl Path {
     }
 
     /// Adds the light of the area light that was found.
-    fn add_rectangle(&mut self, cx: Context<'_>, found: &Found<'_>) {
+    fn add_rectangle(&mut self, cx: Context<'_>, found: &Found) {
         if let Some(light) = cx.scene.rectangle_of(found.hit.triangle) {
             let light = rectangle_light(cx.scene, cx.limits, light, &self.ray, &found.hit, self.last);
             self.total += self.throughput * light;
@@ -165,26 +168,41 @@ impl Path {
     }
 }
 
-/// The vertices where paths arrived.
-fn vertices<'a>(
+/// What is known of those that arrived at ordinary surfaces, in their order.
+fn surfaces<'a>(
     cx: Context<'a>,
     paths: &[Path],
-    arrived: Vec<(usize, Found<'a>)>,
+    arrived: &[(usize, Found)],
+    counters: &mut Counters,
+) -> Vec<Surface<'a>> {
+    let ordinary = arrived.iter().filter(|(_, found)| found.point.is_none());
+    let at = |(path, found): &(usize, Found)| {
+        surface_at(cx.scene, cx.effects, &found.hit, -paths[*path].ray.direction, counters)
+    };
+    ordinary.map(at).collect()
+}
+
+/// The vertices where paths arrived.
+fn vertices<'v>(
+    cx: Context<'_>,
+    arrived: &[(usize, Found)],
+    points: &'v [SilhouettePoint<'v>],
+    surfaces: &'v [Surface<'v>],
     batches: &mut Batches,
     counters: &mut Counters,
-) -> Vec<Node<'a>> {
-    let points: Vec<_> = arrived.iter().filter_map(|(_, found)| found.silhouette).collect();
-    let mut entries = batches.entries(&points, counters).into_iter();
-    let node = |(path, Found { hit, silhouette }): (usize, Found<'a>)| {
-        let vertex = match silhouette.and_then(|point| Some(point.entered(entries.next()?))) {
-            Some(entered) => Vertex::Silhouette(entered),
-            None => surface_vertex(cx.scene, cx.effects, &hit, -paths[path].ray.direction, counters),
-        };
+) -> Vec<Node<'v>> {
+    let entered: Vec<_> = arrived.iter().filter_map(|(_, found)| Some(&points[found.point?])).collect();
+    let entries = batches.entries(&entered, counters);
+    let silhouettes =
+        entered.into_iter().zip(entries).map(|(point, entry)| Vertex::Silhouette(point.entered(entry)));
+    let (mut silhouettes, mut surfaces) = (silhouettes, surfaces.iter().map(Vertex::Surface));
+    let node = |(path, found): &(usize, Found)| {
+        let vertex = if found.point.is_some() { silhouettes.next() } else { surfaces.next() }?;
         let receiver = vertex.receiver();
         let importance = light_importance(cx.scene, cx.effects, &receiver);
-        Node { path, vertex, receiver, importance, light: None, next: None }
+        Some(Node { path: *path, vertex, receiver, importance, light: None, next: None })
     };
-    arrived.into_iter().map(node).collect()
+    arrived.iter().filter_map(node).collect()
 }
 
 /// Draws a light and, if paths go on, a direction at every vertex, and evaluates the surfaces for both.
@@ -211,7 +229,7 @@ fn draw(
                     *pdf = point.pdf(sample.wi);
                     requests.push(ColourRequest::new(point, sample.wi, index));
                 }
-                Vertex::Surface { .. } => (*f, *pdf) = node.vertex.eval(sample.wi, energy),
+                Vertex::Surface(_) => (*f, *pdf) = node.vertex.eval(sample.wi, energy),
             }
         }
         if !goes_on {
@@ -305,7 +323,7 @@ fn look_for_lights(
     batches: &mut Batches,
     counters: &mut Counters,
 ) {
-    let found = next_surfaces(cx, paths, active, batches, counters);
+    let found = next_surfaces(cx, paths, active, &mut Vec::new(), batches, counters);
     for (&path, found) in active.iter().zip(found) {
         let path = &mut paths[path];
         match found {

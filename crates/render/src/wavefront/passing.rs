@@ -6,9 +6,8 @@ use osculate_geom::rays::{Hit, Ray};
 use super::batches::Batches;
 use super::{Context, Path};
 use crate::counters::Counters;
-use crate::integrator::Found;
 use crate::prepared::Prepared;
-use crate::silhouette::Purpose;
+use crate::silhouette::{Purpose, SilhouettePoint};
 
 /// A ray of a path at a surface that may let it pass.
 struct Passing {
@@ -20,16 +19,25 @@ struct Passing {
     chance: f32,
 }
 
-/// For each of these paths the next hit that is not passed through. Moves the rays' origins to where the last passed surface was.
+/// A hit that is not passed through.
+pub(super) struct Found {
+    pub hit: Hit,
+    /// Which of the points with silhouettes it is, if it is one.
+    pub point: Option<usize>,
+}
+
+/// For each of these paths the next hit that is not passed through. Moves the rays' origins to where the last passed surface was, and adds all
+/// points with silhouettes that were met to `points`.
 pub(super) fn next_surfaces<'a>(
     cx: Context<'a>,
     paths: &mut [Path],
     active: &[usize],
+    points: &mut Vec<SilhouettePoint<'a>>,
     batches: &mut Batches,
     counters: &mut Counters,
-) -> Vec<Option<Found<'a>>> {
+) -> Vec<Option<Found>> {
     counters.rays += active.len() as u64;
-    let mut found: Vec<Option<Found<'a>>> = Vec::new();
+    let mut found: Vec<Option<Found>> = Vec::new();
     found.resize_with(active.len(), || None);
     let first = |(slot, &path): (usize, &usize)| {
         let hit = cx.scene.geometry.closest_hit(&paths[path].ray)?;
@@ -38,12 +46,12 @@ pub(super) fn next_surfaces<'a>(
     let mut pending: Vec<Passing> = active.iter().enumerate().filter_map(first).collect();
     while !pending.is_empty() {
         let hits = pending.iter().map(|p| (p.hit, paths[p.path].ray.direction));
-        let opacities = batches.opacities(cx, hits, Purpose::Path, counters);
+        let opacities = batches.opacities(cx, hits, Purpose::Path, points, counters);
         let mut opacities = opacities.into_iter();
         pending.retain_mut(|passing| {
             let Some(opacity) = opacities.next() else { return false };
             if passing.chance < opacity.share {
-                found[passing.slot] = Some(Found { hit: passing.hit, silhouette: opacity.silhouette });
+                found[passing.slot] = Some(Found { hit: passing.hit, point: opacity.point });
                 return false;
             }
             // What is left of the number is as good as new.
@@ -87,9 +95,11 @@ pub(super) fn transmittances(
     counters.shadow_rays += shadows.len() as u64;
     let first = |(k, shadow): (usize, &Shadow)| Some((k, cx.scene.geometry.closest_hit(&shadow.ray)?));
     let mut pending: Vec<(usize, Hit)> = shadows.iter().enumerate().filter_map(first).collect();
+    let mut points = Vec::with_capacity(pending.len());
     while !pending.is_empty() {
         let hits = pending.iter().map(|&(k, hit)| (hit, shadows[k].ray.direction));
-        let opacities = batches.opacities(cx, hits, Purpose::Shadow, counters);
+        points.clear();
+        let opacities = batches.opacities(cx, hits, Purpose::Shadow, &mut points, counters);
         let mut opacities = opacities.into_iter();
         pending.retain_mut(|(k, hit)| {
             let Some(opacity) = opacities.next() else { return false };
