@@ -16,19 +16,23 @@ impl Ground {
         let [a, b, c] = field.surface().corners(triangle);
         let edges = [b - a, c - a];
         let normal = edges[0].cross(&edges[1]);
-        let squared = normal.norm_squared();
-        // The inner products with these are a vector's shares of both edges.
-        let duals = [edges[1].cross(&normal) / squared, normal.cross(&edges[0]) / squared];
-        let gradients =
-            [0, 1].map(|k| duals[0] * (uvs[1][k] - uvs[0][k]) + duals[1] * (uvs[2][k] - uvs[0][k]));
+        // In the triangle's plane: the way that the ray goes, or comes from, and a quarter turn to its left, as long as `ahead` times the normal.
         let ahead = plane.cross(&normal);
-        // As long as `ahead` times the normal.
-        let aside = plane * squared - normal * normal.dot(plane);
-        let length = ahead.norm();
+        let aside = normal.cross(&ahead);
+        let (area, length) = (normal.norm(), ahead.norm());
         // The triangle may be turned over.
-        let ahead = ahead * (ahead.dot(forward).signum() / length);
-        let aside = aside / (length * squared.sqrt());
-        let uv_from_axes = [ahead, aside].map(|axis| gradients.map(|gradient| gradient.dot(&axis)));
+        let sign = if ahead.dot(forward) < 0.0 { -1.0 } else { 1.0 };
+        // A vector's shares of both edges are its products with `edges[1] x normal` and `normal x edges[0]` over the squared normal: for these
+        // two, which are each other's quarter turns, that of an edge with the one has the other's length.
+        let scale = 1.0 / (area * length);
+        let (of_ahead, of_aside) = (sign * scale / area, scale);
+        let shares = [
+            [of_ahead * edges[1].dot(&aside), -of_ahead * edges[0].dot(&aside)],
+            [-of_aside * edges[1].dot(&ahead), of_aside * edges[0].dot(&ahead)],
+        ];
+        let sides = [1, 2].map(|corner: usize| [0, 1].map(|k: usize| uvs[corner][k] - uvs[0][k]));
+        let uv_from_axes =
+            shares.map(|[one, two]| [0, 1].map(|k: usize| one * sides[0][k] + two * sides[1][k]));
         uv_from_axes.iter().flatten().all(|x| x.is_finite()).then_some(Self { uv_from_axes })
     }
 
