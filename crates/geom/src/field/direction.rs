@@ -12,9 +12,14 @@ pub(super) const NORMAL_INCIDENCE_SINE: f64 = 0.02;
 /// The unit vector of a direction of any length; `None` for a vector that has none.
 #[inline]
 pub(super) fn unit(w: &Vec3) -> Option<Vec3> {
-    // Beyond the range of squares the largest coordinate comes first.
-    let w = if w.norm_squared().is_normal() { *w } else { w / w.amax() };
-    w.try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))
+    let squared = w.norm_squared();
+    if squared.is_normal() { Some(w / squared.sqrt()) } else { unit_of_extreme(w) }
+}
+
+/// The same where squares are beyond the range of numbers: the largest coordinate comes first.
+#[cold]
+fn unit_of_extreme(w: &Vec3) -> Option<Vec3> {
+    (w / w.amax()).try_normalize(0.0).filter(|w| w.iter().all(|x| x.is_finite()))
 }
 
 /// Curvature along a world-space direction `w` of unit length: `x^T T x / x^T x` with `x = w - n (n . w)`, `T` the
