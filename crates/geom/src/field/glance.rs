@@ -1,7 +1,7 @@
 //! [`Glance`]: a ray where it enters the surface, as tables want to know it.
 //!
-//! The same as [`Start`](super::start::Start) in a third of the time: in single precision, and for the three corners of the triangle at
-//! once. A table's own numbers are coarser by far. What is not found there, exact walks find out by `Start`.
+//! What [`Start`](super::start::Start) is for walks, but in single precision, and for the three corners of the triangle at once: a table's own
+//! numbers are coarser by far.
 
 use glam::{BVec4A, Mat4, Vec3A, Vec4, Vec4Swizzles};
 
@@ -21,7 +21,9 @@ pub(super) struct Axes {
 impl Axes {
     /// `scale` is the length that curvatures are multiplied by.
     pub fn new(principal: Option<&Principal>, scale: f64) -> Self {
-        let axis = |d: &Vec3, kappa: f64| narrow(d).extend(single(kappa * scale));
+        /// Beyond this there is no telling apart, but sums and products stay finite.
+        const MOST: f64 = 1e30;
+        let axis = |d: &Vec3, kappa: f64| narrow(d).extend(single((kappa * scale).clamp(-MOST, MOST)));
         match principal {
             None => Self { max: Vec4::ZERO, min: Vec4::ZERO },
             Some(p) => Self { max: axis(&p.d1, p.kappa_max), min: axis(&p.d2, p.kappa_min) },
@@ -33,7 +35,7 @@ impl Axes {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Glance {
     pub triangle: usize,
-    corners: Corners,
+    corners: Lanes,
     w: Vec3A,
     /// Cosine between the direction to the viewer and the normal, 0 where it is below the horizon.
     pub cosine: f32,
@@ -60,7 +62,7 @@ impl Glance {
         /// Sine below which the plane of ray and normal is that of their rounding.
         const NO_PLANE_SINE: f32 = 1e-6;
         let w = Vec3A::from(narrow(&unit(w)?));
-        let corners = Corners::of(field, point)?;
+        let corners = Lanes::of(field, point)?;
         let normal = corners.normal();
         let facing = normal.dot(w);
         let tangential = normal * facing - w;
@@ -109,7 +111,7 @@ impl Glance {
 
 /// Estimates at the corners of a triangle, one in every lane; the fourth lane is empty.
 #[derive(Debug, Clone, Copy)]
-struct Corners {
+struct Lanes {
     vertices: [u32; 3],
     /// Of sum one; zero for corners without an estimate.
     weights: Vec4,
@@ -120,7 +122,7 @@ struct Corners {
     kappa_min: Vec4,
 }
 
-impl Corners {
+impl Lanes {
     #[inline]
     fn of(field: &CurvatureField<'_>, point: SurfacePoint) -> Option<Self> {
         let vertices = field.surface().triangles()[point.triangle];
