@@ -42,7 +42,7 @@ fn a_material_is_trained_shown_judged_and_rendered() {
     }
 }
 
-/// The torus has some 29,000 vertices: a table of chords pays from 5.8 million samples on, one of minima from 2.9.
+/// The torus has some 29,000 vertices: a table of chords pays from 2.9 million samples on, one of minima from 1.7.
 #[test]
 fn walks_come_from_a_table_where_that_pays_or_it_is_asked_for() {
     let w = Workspace::new();
@@ -63,8 +63,8 @@ fn walks_come_from_a_table_where_that_pays_or_it_is_asked_for() {
         shown.lines().find(|line| line.starts_with("curvature filter")).unwrap().to_owned()
     };
     for (command, wanted) in [
-        ("render free.toml --explain --spp 280", "`chord` for 1 objects"),
-        ("render free.toml --explain --spp 300", "`baked_chord` for 1 objects"),
+        ("render free.toml --explain --spp 140", "`chord` for 1 objects"),
+        ("render free.toml --explain --spp 150", "`baked_chord` for 1 objects"),
         ("render free.toml --explain --time 1e4", "`baked_chord` for 1 objects"),
         ("render free.toml --explain --noise 0.01", "`chord` for 1 objects"),
         ("render named.toml --explain --spp 100000", "`chord` for 1 objects"),

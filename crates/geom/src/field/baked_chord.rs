@@ -112,7 +112,7 @@ impl BakedChord {
     #[must_use]
     pub fn pays(questions: u64, vertices: usize) -> bool {
         /// What rays ask for of a table takes as long as this many of them per vertex save.
-        const PER_VERTEX: u64 = 200;
+        const PER_VERTEX: u64 = 100;
         questions >= PER_VERTEX * vertices as u64
     }
 
