@@ -17,6 +17,10 @@ use crate::math::luminance;
 use crate::scene::{Material, MeshInstance, RayCurvature, Scene};
 use crate::told::{Told, told};
 
+/// Largest coordinate of objects in pictures. Products of lengths are in single precision: of ten times larger scenes, studio included, the lights
+/// were wrong.
+pub const FARTHEST: f32 = 2e10;
+
 /// Directional light, normalised.
 #[derive(Debug)]
 pub(crate) struct Sun {

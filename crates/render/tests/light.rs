@@ -5,10 +5,11 @@ mod support;
 use std::sync::Arc;
 
 use glam::Vec3;
-use osculate_render::scene::{Laying, MicroSurface, SurfaceSource};
+use osculate_geom::Mesh;
+use osculate_render::scene::{Laying, MicroSurface, PreviewOptions, SurfaceSource};
 use osculate_render::{
-    Environment, EnvironmentImage, Light, Material, MeshInstance, RectangleLight, RenderOptions, StopRule,
-    Strategy,
+    Environment, EnvironmentImage, Light, Material, MeshInstance, RectangleLight, RenderOptions, Scene,
+    StopRule, Strategy,
 };
 use osculate_sbtf::micro::{Grid, HeightField, Maps, Reflectance};
 use support::{assert_agree, independent, mean_and_error, object, plane, run, scene, sphere};
@@ -49,6 +50,28 @@ fn lambert_sphere_under_a_directional_light() {
         compared += 1;
     }
     assert!(compared > 4000, "only {compared} pixels compared");
+}
+
+/// Powers of two change no bit of what is not out of range: the studio with its lights is the same at any size.
+#[test]
+fn a_studio_looks_alike_at_any_size() {
+    let picture = |scale: f64| {
+        let ball = sphere(24);
+        let positions = ball.positions().iter().map(|p| p * scale).collect();
+        let ball = Mesh::new(positions, ball.triangles().to_vec()).unwrap();
+        let options = PreviewOptions { size: [32, 24], ..PreviewOptions::default() };
+        let studio = Scene::preview(vec![MeshInstance::new(Arc::new(ball))], &options);
+        run(&studio, &RenderOptions { stop: StopRule::Samples(16), ..RenderOptions::default() })
+            .film
+            .radiance()
+    };
+    let one = picture(1.0);
+    for exponent in [-40, -20, 20, 33] {
+        let other = picture(f64::from(exponent).exp2());
+        let off: f32 = one.iter().zip(&other).map(|(a, b)| (*a - *b).abs().max_element()).sum();
+        let all: f32 = one.iter().map(|a| a.max_element()).sum();
+        assert!(off < 1e-3 * all, "2^{exponent}: {off} of {all}");
+    }
 }
 
 /// Lambert's formula for the irradiance from a polygon of radiance 1 that is wholly above the horizon.

@@ -55,6 +55,10 @@ fn scenes_name_what_is_wrong() {
     w.refuses("render typo.toml -o out.png", &["typo.toml", "widht"]);
     w.write("missing.toml", "[[mesh]]\nfile = \"none.obj\"\n");
     w.refuses("render missing.toml -o out.png", &["missing.toml", "none.obj"]);
+    w.write("far.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nf 1 2 3\n");
+    w.refuses("render far.obj -o out.png", &["far.obj", "vertex 1", "1e30", "single precision"]);
+    w.write("far.toml", "[[mesh]]\nshape = \"torus:1e20,0.4e20\"\n");
+    w.refuses("render far.toml -o out.png", &["far.toml", "object 0", "1.4e20", "single precision"]);
     w.refuses("render ball.obj -o out.jpg", &["out.jpg", ".png and .exr"]);
     w.refuses("render ball.obj -o out.png --aov depth", &["out.png", "depth"]);
     w.refuses("render ball.obj -o out.png --aov mean,error", &["out.png", ".exr"]);

@@ -1,6 +1,6 @@
 //! [`RectangleLight`].
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::{LightSample, Receiver, Sees};
 use crate::math::luminance;
@@ -35,16 +35,22 @@ impl RectangleLight {
         [c - u - v, c + u - v, c + u + v, c - u + v]
     }
 
+    /// Along the normal, as long as a quarter of the area; in double precision, because its square is the fourth power of a length.
+    fn across(&self) -> DVec3 {
+        self.half_u.as_dvec3().cross(self.half_v.as_dvec3())
+    }
+
     /// Unit normal of the emitting side.
     #[must_use]
     pub fn normal(&self) -> Vec3 {
-        self.half_u.cross(self.half_v).normalize_or_zero()
+        self.across().normalize_or_zero().as_vec3()
     }
 
     /// Area.
     #[must_use]
+    #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
     pub fn area(&self) -> f32 {
-        4.0 * self.half_u.cross(self.half_v).length()
+        4.0 * self.across().length() as f32
     }
 
     pub(crate) fn sample(&self, from: Vec3, u: [f32; 2]) -> Option<LightSample> {
@@ -74,8 +80,9 @@ impl RectangleLight {
         }
         let area = self.area();
         let distance_squared = to_center.length_squared();
-        let facing =
-            to_center.dot(normal).max(0.1 * distance_squared.sqrt()) / (distance_squared + area).sqrt();
-        luminance(self.radiance) * facing * area * cosine / (distance_squared + area).powf(1.5)
+        let (square, length) = (distance_squared + area, (distance_squared + area).sqrt());
+        let facing = to_center.dot(normal).max(0.1 * distance_squared.sqrt()) / length;
+        // Quotients of like powers, which single precision holds at any scale.
+        luminance(self.radiance) * facing * (area / square) * (cosine / length)
     }
 }

@@ -15,8 +15,11 @@ pub enum SceneError {
         /// What is wrong.
         source: crate::texture::TextureError,
     },
-    /// A position beyond the range of `f32`.
-    #[error("object {object}: vertex {vertex} is at {position:?}, beyond what single precision holds")]
+    /// A position with a coordinate beyond [`FARTHEST`](super::FARTHEST).
+    #[error(
+        "object {object}: vertex {vertex} is at {position:?}; pictures are made in single precision, which reaches to {}: use a larger unit",
+        crate::FARTHEST
+    )]
     TooFar {
         /// Index of the object.
         object: usize,

@@ -8,9 +8,9 @@ use osculate_geom::mesh::{Weld, smooth_normals};
 use osculate_geom::rays::{Bvh, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 
-use super::SceneError;
+use super::{FARTHEST, SceneError};
 use crate::geometry::Placed;
-use crate::scene::{Material, MeshInstance, Placement, Scene, SurfaceSource};
+use crate::scene::{Material, MeshInstance, Placement, Role, Scene, SurfaceSource};
 
 /// What tells meshes apart: which it is, and whether its own materials are on it, which take rows of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -84,7 +84,7 @@ impl Builder {
                 }
             };
             let reach = object.placement.scale * farthest + object.placement.translation.length();
-            if !reach.is_finite()
+            if exceeds(Vec3::splat(reach))
                 && let Some(position) = out_of_reach(&bvh, &object.placement)
             {
                 return Err(SceneError::TooFar { object: index, vertex: 0, position });
@@ -123,7 +123,9 @@ impl Builder {
         let mesh = &*object.mesh;
         let place = |p: &Vec3d| placement.world_from_object(to_f32(p));
         let positions: Vec<Vec3> = mesh.positions().iter().map(place).collect();
-        if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
+        // What stands behind objects may be larger than they are.
+        let too_far = |p: &Vec3| if object.role == Role::Backdrop { !p.is_finite() } else { exceeds(*p) };
+        if let Some(vertex) = positions.iter().position(too_far) {
             let position = mesh.positions()[vertex].into();
             return Err(SceneError::TooFar { object: index, vertex, position });
         }
@@ -182,10 +184,15 @@ fn check(index: usize, object: &MeshInstance) -> Result<(), SceneError> {
     }
 }
 
-/// A corner of the mesh that single precision cannot place there, in the mesh's own space.
+/// Whether a point is beyond [`FARTHEST`], or no point.
+fn exceeds(p: Vec3) -> bool {
+    !p.abs().cmple(Vec3::splat(FARTHEST)).all()
+}
+
+/// A corner of the mesh that is too far away there, in the mesh's own space.
 fn out_of_reach(mesh: &Bvh, placement: &Placement) -> Option<[f64; 3]> {
     let mut corners = mesh.triangles().iter().flatten();
-    let far = |p: &&Vec3| !placement.world_from_object(**p).is_finite();
+    let far = |p: &&Vec3| exceeds(placement.world_from_object(**p));
     corners.find(far).map(|p| p.to_array().map(f64::from))
 }
 

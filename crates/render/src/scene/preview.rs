@@ -9,6 +9,7 @@ use osculate_geom::{Mesh, Vec3 as Vec3d};
 use super::{Material, MeshInstance, Placement, Role, Scene, SurfaceSource};
 use crate::camera::Camera;
 use crate::lights::{Environment, EnvironmentImage, Light, RectangleLight};
+use crate::prepared::FARTHEST;
 
 /// How a mesh without a scene is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +83,9 @@ fn outline(objects: &[MeshInstance]) -> Vec<Vec3> {
             points.extend(corners.iter().map(|&p| object.placement.world_from_object(p)));
         }
     }
+    // What is further away will be refused; until then numbers stay finite.
+    let most = Vec3::splat(FARTHEST);
+    points.iter_mut().for_each(|p| *p = if p.is_finite() { p.clamp(-most, most) } else { most });
     points
 }
 

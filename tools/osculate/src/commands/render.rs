@@ -14,7 +14,8 @@ use osculate_render::false_colour::{Quantity, curvature_picture};
 use osculate_render::output::{ExrLayer, write_exr, write_png};
 use osculate_render::scene::{LoadRequest, LoadedMesh, MaterialForm, MeshSource, PreviewOptions, SceneFile};
 use osculate_render::{
-    Counters, EffectPlan, MeshInstance, RenderOptions, Rendering, Scene, StopRule, picture, plan, render,
+    Counters, EffectPlan, MeshInstance, RenderOptions, Rendering, Scene, SceneError, StopRule, picture, plan,
+    render,
 };
 use serde::Serialize;
 
@@ -151,7 +152,10 @@ pub fn run(args: &RenderArgs, console: &Console, reporter: &Reporter) -> Result<
         console.result(effects.to_string().trim_end());
     }
     let render = match &args.output {
-        Some(path) => write(path, &scene, &content, &options, &effects, console)?,
+        Some(path) => write(path, &scene, &content, &options, &effects, console).map_err(|error| {
+            // Of what was read, not of what is written.
+            if error.is::<SceneError>() { error.context(args.input.display().to_string()) } else { error }
+        })?,
         None => None,
     };
     if let Some(path) = &args.output {
