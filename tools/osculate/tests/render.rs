@@ -66,8 +66,16 @@ fn scenes_name_what_is_wrong() {
         "render ball.obj",
         "render ball.obj -o a.png --size 0x5",
         "render ball.obj -o a.png --spp 1 --time 1",
+        "render ball.obj -o a.png --time 0",
+        "render ball.obj -o a.png --time -1",
+        "render ball.obj -o a.png --time nan",
+        "render ball.obj -o a.png --time inf",
+        "render ball.obj -o a.png --time 5parsecs",
     ] {
         assert_eq!(w.run(usage).code, 2, "{usage}");
+    }
+    for time in ["0.01", "10ms", "1e-2", "9ms1ms"] {
+        w.ok(&format!("render scene.toml -o timed.png --time {time}"));
     }
 }
 

@@ -53,9 +53,9 @@ pub struct RenderArgs {
     /// Render until the relative noise is below E
     #[arg(long, value_name = "E", group = "stop", value_parser = positive)]
     noise: Option<f64>,
-    /// Render for T seconds; the only choice whose result depends on the machine
-    #[arg(long, value_name = "T", group = "stop", value_parser = positive)]
-    time: Option<f64>,
+    /// Render for so long: seconds, or 90s, 2m, 1h 30m; the only choice whose result depends on the machine
+    #[arg(long, value_name = "T", group = "stop", value_parser = time)]
+    time: Option<Duration>,
     /// Width and height in pixels [default: the scene's, for a mesh 960x720]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
@@ -207,13 +207,28 @@ fn quantity(name: &str) -> Option<Quantity> {
     serde_json::from_value(serde_json::Value::String(name.to_owned())).ok()
 }
 
+/// A time that is not zero: a number of seconds, or numbers with units.
+fn time(text: &str) -> Result<Duration, String> {
+    /// Longer than anyone waits.
+    const MOST: Duration = Duration::from_secs(1_000_000_000);
+    let parsed = match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() => {
+            Duration::try_from_secs_f64(seconds.min(MOST.as_secs_f64())).ok()
+        }
+        Ok(_) => None,
+        Err(_) => humantime::parse_duration(text).ok(),
+    };
+    let time = parsed.filter(|time| !time.is_zero()).map(|time| time.min(MOST));
+    time.ok_or_else(|| "must be a positive number of seconds, or times like 90s or 1h 30m".to_owned())
+}
+
 fn stop_rule(args: &RenderArgs) -> StopRule {
     /// Where `--noise` gives up: a picture of this many samples is as good as it gets in reasonable time.
     const MOST: u32 = 1 << 16;
     match (args.spp, args.noise, args.time) {
         (Some(samples), ..) => StopRule::Samples(samples),
         (_, Some(target), _) => StopRule::Noise { target, most: MOST },
-        (.., Some(seconds)) => StopRule::Time(Duration::from_secs_f64(seconds.min(1e9))),
+        (.., Some(time)) => StopRule::Time(time),
         _ => StopRule::Samples(64),
     }
 }
