@@ -11,9 +11,9 @@ use crate::mesh::index_u32;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Between {
     /// The entry before, and that after.
-    pub entries: [usize; 2],
+    entries: [usize; 2],
     /// Share of the one after, in `[0, 1]`.
-    pub share: f32,
+    share: f32,
 }
 
 impl Between {

@@ -8,8 +8,9 @@
 //!
 //! By [`SkipBounds`], a walk lowers the section's curvature by an amount in `[0, V]` from every point of a triangle, its
 //! corners included. The interpolated amount is a mean of such amounts. So the table is never further than `V` from the walk of the
-//! same length, but for rounding: it answers in single precision, off by some 1e-6 of the largest curvature at the corners. That holds always and says little; how far off it typically is is measured on spread queries, and both are
-//! reported ([`BakedError`]).
+//! same length, but for rounding: it answers in single precision, which is off by some 1e-6 of the largest curvature at the corners, over the
+//! sine of the ray to the normal. That holds always and says little; how far off it typically is is measured on spread queries, and both
+//! are reported ([`BakedError`]).
 
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
@@ -193,16 +194,12 @@ impl BakedMinimum {
     /// The filtered curvature of a ray: the lesser of that along it, and the section's less what the table has for its way.
     pub(super) fn kappa(&self, field: &CurvatureField<'_>, glance: &Glance) -> f64 {
         let Some(at) = &glance.section else { return glance.along() };
-        let lowering: f64 = glance
-            .turns(at.forward)
-            .map(|(vertex, weight, turn)| {
-                let between = Between::new(turn, self.azimuths);
-                let [before, after] = between.entries.map(|azimuth| self.lowering(field, vertex, azimuth));
-                // Not in single precision, which need not hold curvatures of tiny meshes times anything.
-                f64::from(weight)
-                    * (f64::from(before) + f64::from(between.share) * (f64::from(after) - f64::from(before)))
-            })
-            .sum();
+        let mut lowering = 0.0;
+        for (vertex, weight, turn) in glance.turns(at.forward) {
+            for (azimuth, share) in Between::new(turn, self.azimuths).shares() {
+                lowering += f64::from(weight * share) * f64::from(self.lowering(field, vertex, azimuth));
+            }
+        }
         // Steep rays see another curvature than the section has, and only the section's is lowered on the way.
         glance.along().min(glance.kappa(at, 0.0) - lowering)
     }

@@ -148,8 +148,7 @@ impl BakedChord {
         let level = Level::of(glance.cosine);
         let mut sum = [0.0; VALUES];
         for (vertex, weight, turn) in glance.turns(at.forward) {
-            let between = Between::new(turn, self.azimuths);
-            for (azimuth, share) in between.shares() {
+            for (azimuth, share) in Between::new(turn, self.azimuths).shares() {
                 self.spoke(field, vertex, azimuth).add(&mut sum, &level, weight * share);
             }
         }

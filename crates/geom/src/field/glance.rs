@@ -240,3 +240,27 @@ fn single(x: f64) -> f32 {
 pub(super) fn widen(v: Vec3A) -> Vec3 {
     Vec3::new(v.x.into(), v.y.into(), v.z.into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_are_those_of_the_library() {
+        for step in -4000..=4000 {
+            let angle = f64::from(step) * (std::f64::consts::PI / 4000.0);
+            let lengths = [1e-30, 0.3, 1.0, 1e30];
+            let coordinates = |of: f64| Vec4::from(lengths.map(|length| single(length * of)));
+            let found = turn(coordinates(angle.cos()), coordinates(angle.sin()));
+            let expected = (angle / std::f64::consts::TAU).rem_euclid(1.0);
+            for found in found.to_array() {
+                let apart = (f64::from(found) - expected).abs();
+                // A turn is none.
+                assert!(apart.min(1.0 - apart) < 5e-7, "{angle}: {found} {expected}");
+            }
+        }
+        let axes = turn(Vec4::new(1.0, 0.0, -3.0, 0.0), Vec4::new(0.0, 2.0, 0.0, -4.0));
+        assert_eq!(axes.to_array(), [0.0, 0.25, 0.5, 0.75]);
+        assert_eq!(turn(Vec4::ZERO, Vec4::ZERO), Vec4::ZERO);
+    }
+}

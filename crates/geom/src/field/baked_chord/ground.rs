@@ -16,14 +16,14 @@ impl Ground {
         let [a, b, c] = field.surface().corners(triangle);
         let edges = [b - a, c - a];
         let normal = edges[0].cross(&edges[1]);
-        // In the triangle's plane: the way that the ray goes, or comes from, and a quarter turn to its left, as long as `ahead` times the normal.
+        // Both in the triangle's plane: along the ray, this way or the other, and a quarter turn from there, longer by the length of the normal.
         let ahead = plane.cross(&normal);
         let aside = normal.cross(&ahead);
         let (area, length) = (normal.norm(), ahead.norm());
         // The triangle may be turned over.
         let sign = if ahead.dot(forward) < 0.0 { -1.0 } else { 1.0 };
-        // A vector's shares of both edges are its products with `edges[1] x normal` and `normal x edges[0]` over the squared normal: for these
-        // two, which are each other's quarter turns, that of an edge with the one has the other's length.
+        // A vector `v` in this plane is `edges[1] . (normal x v)` and `-edges[0] . (normal x v)` of both edges, over the squared normal. And `normal x
+        // ahead` is `aside`, `normal x aside` is `ahead` times the squared normal, negated.
         let scale = 1.0 / (area * length);
         let (of_ahead, of_aside) = (sign * scale / area, scale);
         let shares = [
