@@ -78,6 +78,15 @@ fn trace(c: &mut Criterion) {
                 b.iter(|| rays.iter().filter(|ray| bvh.closest_hit(black_box(ray)).is_some()).count());
             });
         }
+        group.throughput(Throughput::Elements(primary.len() as u64));
+        group.bench_function(format!("primary together/{}", 2 * usize::from(n) * usize::from(n)), |b| {
+            let mut hits = vec![None; primary.len()];
+            b.iter(|| {
+                bvh.closest_hits(black_box(&primary), &mut hits);
+                hits.iter().flatten().count()
+            });
+        });
+        group.throughput(Throughput::Elements(random.len() as u64));
         group.bench_function(format!("shadow/{}", 2 * usize::from(n) * usize::from(n)), |b| {
             b.iter(|| random.iter().filter(|ray| bvh.any_hit(black_box(ray))).count());
         });

@@ -48,6 +48,16 @@ impl Geometry {
         if self.placed.is_empty() { flat } else { self.closest_of_both(ray, flat) }
     }
 
+    /// The nearest hits of many rays: fastest where those that follow each other go much the same way.
+    pub(crate) fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.flat.closest_hits(rays, hits);
+        if !self.placed.is_empty() {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = self.closest_of_both(ray, *hit);
+            }
+        }
+    }
+
     #[inline(never)]
     fn closest_of_both(&self, ray: &Ray, flat: Option<Hit>) -> Option<Hit> {
         let t_max = flat.map_or(ray.t_max, |hit| hit.t);

@@ -126,7 +126,8 @@ impl Lanes {
     #[inline]
     fn of(field: &CurvatureField<'_>, point: SurfacePoint) -> Option<Self> {
         let vertices = field.surface().triangles()[point.triangle];
-        let [a, b, c] = vertices.map(|v| field.axes(v));
+        let (axes, [a, b, c]) = (field.axes(), vertices);
+        let [a, b, c] = [&axes[a as usize], &axes[b as usize], &axes[c as usize]];
         let lanes = |[a, b, c]: [Vec4; 3]| {
             let lanes = Mat4::from_cols(a, b, c, Vec4::ZERO).transpose();
             ([lanes.x_axis, lanes.y_axis, lanes.z_axis], lanes.w_axis)

@@ -147,12 +147,12 @@ impl<'a> CurvatureField<'a> {
         &self.bends[vertex as usize]
     }
 
-    /// The estimate at a vertex in single precision; curvatures in it are those of [`Self::bend_scale`].
+    /// The estimates at the vertices in single precision; curvatures in them are those of [`Self::bend_scale`].
     #[inline]
-    pub(super) fn axes(&self, vertex: u32) -> Axes {
+    pub(super) fn axes(&self) -> &[Axes] {
         let scale = self.bend_scale();
         let narrow = || self.curvature.iter().map(|v| Axes::new(v.principal.as_ref(), scale)).collect();
-        self.axes.get_or_init(narrow)[vertex as usize]
+        self.axes.get_or_init(narrow)
     }
 
     /// The length that curvatures of [`Self::bend`] are the inverse of.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::build::{WideTree, build};
-use super::kernels::{Simd, traverse};
+use super::kernels::{Simd, trace_all, traverse};
 use super::ray::{Hit, PreparedRay, Ray};
 use super::surface_point::SurfacePoint;
 use super::triangle;
@@ -11,7 +11,7 @@ use super::triangle;
 /// Triangles that rays can be traced against. Both sides of a triangle are hit.
 pub struct Bvh {
     triangles: Vec<[Vec3; 3]>,
-    tree: WideTree,
+    pub(super) tree: WideTree,
     simd: Simd,
 }
 
@@ -64,6 +64,21 @@ impl Bvh {
         let [u, v, w] = hit.weights;
         let scale = 1.0 / (u + v + w);
         Some(Hit { t: hit.t, triangle: found.triangle, barycentrics: [u * scale, v * scale, w * scale] })
+    }
+
+    /// [`Self::closest_hit`] of every ray. Rays that follow each other and go much the same way, as those of neighbouring pixels or towards one
+    /// distant light do, are traced together, which is faster.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many answers as rays.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "an answer for every ray");
+        self.closest_hits_with(self.simd, rays, hits);
+    }
+
+    pub(super) fn closest_hits_with(&self, simd: Simd, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        trace_all(simd, &self.tree, rays, hits, |ray| self.closest_hit(ray));
     }
 
     /// Whether the ray meets any triangle at `0 < t <= t_max`.

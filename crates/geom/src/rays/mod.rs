@@ -12,6 +12,7 @@
 //! Not guaranteed: hits on triangles of zero area, or of an area that is zero after rounding as seen from the ray.
 
 mod build;
+mod bundle;
 mod bvh;
 mod instances;
 mod kernels;

@@ -59,21 +59,30 @@ pub(super) struct PreparedRay {
     pub t_max: f32,
 }
 
+/// Which of three numbers is the largest; of equal ones the last.
+#[inline(always)]
+pub(super) fn largest_component([x, y, z]: [f32; 3]) -> usize {
+    if x > y {
+        if x > z { 0 } else { 2 }
+    } else if y > z {
+        1
+    } else {
+        2
+    }
+}
+
 impl PreparedRay {
+    /// Share of a direction's largest component that counts for smaller ones: they do not move the ray by one ulp of any coordinate that it can
+    /// reach, so replacing them changes no answer and keeps 0 * infinity out of the slab test.
+    pub(super) const LEAST_COMPONENT: f32 = 1e-18;
+
     pub(super) fn new(ray: &Ray) -> Self {
         let direction = ray.direction.to_array();
-        let magnitude = direction.map(f32::abs);
-        let z = if magnitude[0] > magnitude[1] {
-            if magnitude[0] > magnitude[2] { 0 } else { 2 }
-        } else if magnitude[1] > magnitude[2] {
-            1
-        } else {
-            2
-        };
+        let [dx, dy, dz] = direction;
+        let magnitude = [dx.abs(), dy.abs(), dz.abs()];
+        let z = largest_component(magnitude);
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
-        // A component this far below the largest one does not move the ray by one ulp of any coordinate it can reach, so
-        // replacing it changes no answer and keeps 0 * infinity out of the slab test.
-        let least = magnitude[z] * 1e-18;
+        let least = magnitude[z] * Self::LEAST_COMPONENT;
         let inverse_direction = direction.map(|d| 1.0 / if d.abs() < least { least.copysign(d) } else { d });
         let row = |axis: usize| 2 * axis + usize::from(direction[axis].is_sign_negative());
         Self {

@@ -5,7 +5,7 @@ use super::kernels::{BoxHits, Kernel};
 use super::ray::PreparedRay;
 
 /// Stack for trees of ordinary depth. A larger one costs time to clear at every ray; deeper trees take the heap.
-const SMALL_STACK: usize = 96;
+pub(super) const SMALL_STACK: usize = 96;
 
 /// The triangle that was found.
 #[derive(Debug, Clone, Copy)]
@@ -13,13 +13,14 @@ pub(super) struct Found {
     pub triangle: u32,
 }
 
+/// A child that waits, and how near it is.
 #[derive(Clone, Copy)]
-struct Entry {
-    reference: u32,
-    near: f32,
+pub(super) struct Entry {
+    pub reference: u32,
+    pub near: f32,
 }
 
-const NO_ENTRY: Entry = Entry { reference: 0, near: 0.0 };
+pub(super) const NO_ENTRY: Entry = Entry { reference: 0, near: 0.0 };
 
 #[inline(always)]
 pub(super) fn traverse_with<K: Kernel, const ANY: bool>(tree: &WideTree, ray: PreparedRay) -> Option<Found> {
@@ -89,7 +90,12 @@ fn walk<K: Kernel, const ANY: bool>(
 
 /// Pushes the children that were hit, the farthest first, and returns the nearest instead of pushing it.
 #[inline(always)]
-fn push_children(children: &[u32; 8], hits: &BoxHits, stack: &mut [Entry], size: &mut usize) -> Option<u32> {
+pub(super) fn push_children(
+    children: &[u32; 8],
+    hits: &BoxHits,
+    stack: &mut [Entry],
+    size: &mut usize,
+) -> Option<u32> {
     let mut mask = hits.mask;
     let mut next = || {
         let lane = mask.trailing_zeros() as usize & 7;

@@ -39,11 +39,13 @@ pub(super) fn next_surfaces<'a>(
     counters.rays += active.len() as u64;
     let mut found: Vec<Option<Found>> = Vec::new();
     found.resize_with(active.len(), || None);
-    let first = |(slot, &path): (usize, &usize)| {
-        let hit = cx.scene.geometry.closest_hit(&paths[path].ray)?;
-        Some(Passing { slot, path, hit, chance: paths[path].sampler.next_1d() })
+    let rays: Vec<Ray> = active.iter().map(|&path| paths[path].ray).collect();
+    let mut hits = vec![None; rays.len()];
+    cx.scene.geometry.closest_hits(&rays, &mut hits);
+    let first = |((slot, &path), hit): ((usize, &usize), Option<Hit>)| {
+        Some(Passing { slot, path, hit: hit?, chance: paths[path].sampler.next_1d() })
     };
-    let mut pending: Vec<Passing> = active.iter().enumerate().filter_map(first).collect();
+    let mut pending: Vec<Passing> = active.iter().enumerate().zip(hits).filter_map(first).collect();
     while !pending.is_empty() {
         let hits = pending.iter().map(|p| (p.hit, paths[p.path].ray.direction));
         let opacities = batches.opacities(cx, hits, Purpose::Path, points, counters);
@@ -93,8 +95,11 @@ pub(super) fn transmittances(
     counters: &mut Counters,
 ) {
     counters.shadow_rays += shadows.len() as u64;
-    let first = |(k, shadow): (usize, &Shadow)| Some((k, cx.scene.geometry.closest_hit(&shadow.ray)?));
-    let mut pending: Vec<(usize, Hit)> = shadows.iter().enumerate().filter_map(first).collect();
+    let rays: Vec<Ray> = shadows.iter().map(|shadow| shadow.ray).collect();
+    let mut hits = vec![None; rays.len()];
+    cx.scene.geometry.closest_hits(&rays, &mut hits);
+    let first = |(k, hit): (usize, Option<Hit>)| Some((k, hit?));
+    let mut pending: Vec<(usize, Hit)> = hits.into_iter().enumerate().filter_map(first).collect();
     let mut points = Vec::with_capacity(pending.len());
     while !pending.is_empty() {
         let hits = pending.iter().map(|&(k, hit)| (hit, shadows[k].ray.direction));

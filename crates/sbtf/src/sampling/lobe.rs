@@ -41,7 +41,27 @@ pub enum Lobe {
     },
 }
 
+/// A lobe with what does not depend on directions worked out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ReadyLobe {
+    lobe: Lobe,
+    /// Of a von Mises-Fisher density: the share of an unbounded one that is inside the sphere.
+    inside: f32,
+    /// The same: the density along the axis.
+    peak: f32,
+}
+
 impl Lobe {
+    /// For many directions.
+    pub(super) fn ready(self) -> ReadyLobe {
+        let (Self::Mirror { sharpness } | Self::Back { sharpness } | Self::Forward { sharpness, .. }) = self
+        else {
+            return ReadyLobe { lobe: self, inside: 1.0, peak: 0.0 };
+        };
+        let inside = -(-2.0 * sharpness).exp_m1();
+        ReadyLobe { lobe: self, inside, peak: sharpness / (TAU * inside) }
+    }
+
     /// Whether its number is one it can be drawn with.
     #[must_use]
     pub fn is_valid(self) -> bool {
@@ -56,39 +76,13 @@ impl Lobe {
     /// A direction for unit `wo` and two numbers in `[0, 1)`.
     #[must_use]
     pub fn sample(self, wo: Vec3, u: Vec2) -> Vec3 {
-        let (axis, z) = match self {
-            Self::Uniform => (Vec3::Z, 1.0 - 2.0 * u.x),
-            Self::Cosine { .. } | Self::Below => (self.axis(wo), (1.0 - u.x).sqrt()),
-            // Its cumulative density, inverted (Wood, "Simulation of the von Mises Fisher distribution", 1994).
-            Self::Mirror { sharpness: s }
-            | Self::Back { sharpness: s }
-            | Self::Forward { sharpness: s, .. } => {
-                (self.axis(wo), 1.0 + (1.0 - u.x * -(-2.0 * s).exp_m1()).ln() / s)
-            }
-        };
-        let z = z.clamp(-1.0, 1.0);
-        let radius = ((1.0 - z) * (1.0 + z)).sqrt();
-        let (sine, cosine) = (TAU * u.y).sin_cos();
-        let (t, b) = axis.any_orthonormal_pair();
-        (t * (radius * cosine) + b * (radius * sine) + axis * z).normalize()
+        self.ready().sample(wo, u)
     }
 
     /// The density per steradian at unit directions.
     #[must_use]
     pub fn pdf(self, wo: Vec3, wi: Vec3) -> f32 {
-        match self {
-            Self::Uniform => 0.5 / TAU,
-            Self::Cosine { .. } | Self::Below => self.axis(wo).dot(wi).max(0.0) / PI,
-            Self::Mirror { sharpness: s }
-            | Self::Back { sharpness: s }
-            | Self::Forward { sharpness: s, .. } => {
-                // |a - b|^2 / 2 = 1 - cos, without cancellation.
-                let less = self.axis(wo).distance_squared(wi) / 2.0;
-                // e^-18 is less than half a unit in the last place of 1.
-                let inside = if s > 9.0 { 1.0 } else { -(-2.0 * s).exp_m1() };
-                s / (TAU * inside) * (-s * less).exp()
-            }
-        }
+        self.ready().pdf(wo, wi)
     }
 
     fn axis(self, wo: Vec3) -> Vec3 {
@@ -102,6 +96,39 @@ impl Lobe {
                 // At normal incidence any plane will do.
                 let away = (-wo.truncate()).try_normalize().unwrap_or(Vec2::X);
                 (away * (1.0 - height * height).sqrt()).extend(height)
+            }
+        }
+    }
+}
+
+impl ReadyLobe {
+    /// [`Lobe::sample`].
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        let axis = self.lobe.axis(wo);
+        let z = match self.lobe {
+            Lobe::Uniform => 1.0 - 2.0 * u.x,
+            Lobe::Cosine { .. } | Lobe::Below => (1.0 - u.x).sqrt(),
+            // Its cumulative density, inverted (Wood, "Simulation of the von Mises Fisher distribution", 1994).
+            Lobe::Mirror { sharpness } | Lobe::Back { sharpness } | Lobe::Forward { sharpness, .. } => {
+                1.0 + (1.0 - u.x * self.inside).ln() / sharpness
+            }
+        };
+        let z = z.clamp(-1.0, 1.0);
+        let radius = ((1.0 - z) * (1.0 + z)).sqrt();
+        let (sine, cosine) = (TAU * u.y).sin_cos();
+        let (t, b) = axis.any_orthonormal_pair();
+        (t * (radius * cosine) + b * (radius * sine) + axis * z).normalize()
+    }
+
+    /// [`Lobe::pdf`].
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.lobe {
+            Lobe::Uniform => 0.5 / TAU,
+            Lobe::Cosine { .. } | Lobe::Below => self.lobe.axis(wo).dot(wi).max(0.0) / PI,
+            Lobe::Mirror { sharpness } | Lobe::Back { sharpness } | Lobe::Forward { sharpness, .. } => {
+                // |a - b|^2 / 2 = 1 - cos, without cancellation.
+                let less = self.lobe.axis(wo).distance_squared(wi) / 2.0;
+                self.peak * (-sharpness * less).exp()
             }
         }
     }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::grid::{MOST, equal_edges};
+use super::lobe::ReadyLobe;
 use super::{Grid, Lobe};
 use crate::query::Incidence;
 
@@ -13,6 +14,7 @@ use crate::query::Incidence;
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Sampler {
     lobes: Vec<Lobe>,
+    ready: Vec<ReadyLobe>,
     grid: Grid,
     /// `[cells v, cells u, curvatures, bands, lobes]`; each mixture sums to 1.
     weights: Vec<f32>,
@@ -109,7 +111,8 @@ impl Sampler {
                 return Err(SamplerError::Mixture { index, weights: mixture.to_vec() });
             }
         }
-        Ok(Self { lobes, grid, weights, sums })
+        let ready = lobes.iter().map(|lobe| lobe.ready()).collect();
+        Ok(Self { lobes, ready, grid, weights, sums })
     }
 
     /// Cosine around the normal, with a tenth uniform: what to take for a material that has no fit.
@@ -159,7 +162,7 @@ impl Sampler {
         // The last lobe with a weight where rounding left the sum below `pick`.
         let last = sums.partition_point(|&sum| sum < sums[sums.len() - 1]);
         let lobe = sums.partition_point(|&sum| sum <= pick).min(last);
-        self.lobes[lobe].sample(query.wo, u)
+        self.ready[lobe].sample(query.wo, u)
     }
 
     /// The density of [`sample`](Self::sample) at a direction, per steradian; over 0.
@@ -167,9 +170,10 @@ impl Sampler {
     pub fn pdf(&self, query: &Incidence, wi: Vec3) -> f32 {
         let first = self.first(query);
         let weights = &self.weights[first..first + self.lobes.len()];
-        let part =
-            |(lobe, &weight): (&Lobe, &f32)| if weight > 0.0 { weight * lobe.pdf(query.wo, wi) } else { 0.0 };
-        self.lobes.iter().zip(weights).map(part).sum()
+        let part = |(lobe, &weight): (&ReadyLobe, &f32)| {
+            if weight > 0.0 { weight * lobe.pdf(query.wo, wi) } else { 0.0 }
+        };
+        self.ready.iter().zip(weights).map(part).sum()
     }
 
     /// Where the mixture for this query begins in the weights.
