@@ -4,13 +4,14 @@
 //! cargo run --release -p osculate-geom --example ray_rate -- MESH [RUNS=5]
 //! ```
 //!
-//! The head of that file describes the rays. Printed is JSON with medians, and what was found, to compare with Embree's.
+//! The head of that file describes the rays. Printed is JSON with medians, and what was found, to compare with Embree's: of rays one by one, and of
+//! the primary ones in one call.
 
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 use osculate_geom::io::read_mesh;
-use osculate_geom::rays::{Bvh, Ray};
+use osculate_geom::rays::{Bvh, Hit, Ray};
 
 const SIZE: u32 = 1024;
 
@@ -26,9 +27,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let diagonal = (upper - lower).length();
     let primary = primary_rays(0.5 * (lower + upper), diagonal);
     let random = random_rays(&bvh, &primary, diagonal);
-    let rates = [&primary, &random].map(|rays| rate(&bvh, rays, runs));
+    let one_by_one = |rays: &[Ray]| sum(rays.iter().filter_map(|ray| bvh.closest_hit(ray)));
+    let together = |rays: &[Ray]| {
+        /// Few enough that their hits stay near.
+        const AT_A_TIME: usize = 1024;
+        let mut hits = [None; AT_A_TIME];
+        let sums = rays.chunks(AT_A_TIME).map(|rays| {
+            let hits = &mut hits[..rays.len()];
+            bvh.closest_hits(rays, hits);
+            sum(hits.iter().flatten().copied())
+        });
+        sums.fold((0, 0.0), |(count, total), (hits, distance)| (count + hits, total + distance))
+    };
+    let rates = [
+        ("primary", rate(&primary, runs, one_by_one)),
+        ("random", rate(&random, runs, one_by_one)),
+        ("primary, together", rate(&primary, runs, together)),
+    ];
     #[allow(clippy::print_stdout, reason = "an example reports on standard output")]
-    for (name, (million, hits, distance)) in ["primary", "random"].iter().zip(rates) {
+    for (name, (million, hits, distance)) in rates {
         println!(
             "{{\"rays\": \"{name}\", \"mrays_per_second\": {million:.3}, \"hits\": {hits}, \"sum_of_distances\": {distance}}}"
         );
@@ -75,18 +92,20 @@ fn uniform(k: u32) -> f64 {
 }
 
 /// Median million rays a second, hits and the sum of their distances.
-fn rate(bvh: &Bvh, rays: &[Ray], runs: usize) -> (f64, usize, f64) {
+fn rate(rays: &[Ray], runs: usize, trace: impl Fn(&[Ray]) -> (usize, f64)) -> (f64, usize, f64) {
     let mut found = (0, 0.0);
     let mut rates: Vec<f64> = (0..runs.max(1))
         .map(|_| {
             let start = Instant::now();
-            found = (0, 0.0);
-            for hit in rays.iter().filter_map(|ray| bvh.closest_hit(ray)) {
-                found = (found.0 + 1, found.1 + f64::from(hit.t));
-            }
+            found = trace(rays);
             rays.len() as f64 / start.elapsed().as_secs_f64() * 1e-6
         })
         .collect();
     rates.sort_by(f64::total_cmp);
     (rates[rates.len() / 2], found.0, found.1)
+}
+
+/// How many hits, and the sum of their distances.
+fn sum(hits: impl Iterator<Item = Hit>) -> (usize, f64) {
+    hits.fold((0, 0.0), |(count, total), hit| (count + 1, total + f64::from(hit.t)))
 }

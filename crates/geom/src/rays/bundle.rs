@@ -41,7 +41,7 @@ pub(super) struct Bounds {
     pub near_row: [usize; 3],
     /// The origins' coordinate that is nearest to boxes, and the one that is farthest.
     pub origin: [[f32; 3]; 2],
-    /// Least and greatest inverse of the directions.
+    /// Inverses of the directions: the least and the greatest, in either order.
     pub inverse_direction: [[f32; 3]; 2],
     pub t_max: f32,
 }
@@ -113,7 +113,7 @@ impl<'r> Bundle<'r> {
                 let (d, least) = (direction[k].0[lane], least.0[lane]);
                 direction[k].0[lane] = if d.abs() < least { least.copysign(d) } else { d };
             }
-            // All are of one sign, so that the greatest has the least inverse.
+            // All are of one sign, so that the ends are those of the inverses too.
             let [low, high] = direction[k].range();
             [bounds.inverse_direction[0][axis], bounds.inverse_direction[1][axis]] = [1.0 / high, 1.0 / low];
         }

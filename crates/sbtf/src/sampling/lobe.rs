@@ -41,10 +41,27 @@ pub enum Lobe {
     },
 }
 
+/// A direction to the viewer, as all lobes of a mixture want to know it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    wo: Vec3,
+    /// Unit, away from the viewer; at normal incidence any direction will do.
+    away: Vec2,
+}
+
+impl View {
+    #[inline]
+    pub fn new(wo: Vec3) -> Self {
+        Self { wo, away: (-wo.truncate()).try_normalize().unwrap_or(Vec2::X) }
+    }
+}
+
 /// A lobe with what does not depend on directions worked out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ReadyLobe {
     lobe: Lobe,
+    /// Sine between a forward lobe's axis and the normal.
+    sine: f32,
     /// Of a von Mises-Fisher density: the share of an unbounded one that is inside the sphere.
     inside: f32,
     /// The same: the density along the axis.
@@ -56,10 +73,12 @@ impl Lobe {
     pub(super) fn ready(self) -> ReadyLobe {
         let (Self::Mirror { sharpness } | Self::Back { sharpness } | Self::Forward { sharpness, .. }) = self
         else {
-            return ReadyLobe { lobe: self, inside: 1.0, peak: 0.0 };
+            return ReadyLobe { lobe: self, sine: 0.0, inside: 1.0, peak: 0.0 };
         };
         let inside = -(-2.0 * sharpness).exp_m1();
-        ReadyLobe { lobe: self, inside, peak: sharpness / (TAU * inside) }
+        let height = if let Self::Forward { height, .. } = self { height } else { 0.0 };
+        let sine = (1.0 - height * height).sqrt();
+        ReadyLobe { lobe: self, sine, inside, peak: sharpness / (TAU * inside) }
     }
 
     /// Whether its number is one it can be drawn with.
@@ -76,35 +95,20 @@ impl Lobe {
     /// A direction for unit `wo` and two numbers in `[0, 1)`.
     #[must_use]
     pub fn sample(self, wo: Vec3, u: Vec2) -> Vec3 {
-        self.ready().sample(wo, u)
+        self.ready().sample(&View::new(wo), u)
     }
 
     /// The density per steradian at unit directions.
     #[must_use]
     pub fn pdf(self, wo: Vec3, wi: Vec3) -> f32 {
-        self.ready().pdf(wo, wi)
-    }
-
-    fn axis(self, wo: Vec3) -> Vec3 {
-        match self {
-            Self::Uniform => Vec3::Z,
-            Self::Below => -Vec3::Z,
-            Self::Cosine { tilt } => Vec3::new(tilt * wo.x, tilt * wo.y, 1.0).normalize(),
-            Self::Mirror { .. } => Vec3::new(-wo.x, -wo.y, wo.z),
-            Self::Back { .. } => wo,
-            Self::Forward { height, .. } => {
-                // At normal incidence any plane will do.
-                let away = (-wo.truncate()).try_normalize().unwrap_or(Vec2::X);
-                (away * (1.0 - height * height).sqrt()).extend(height)
-            }
-        }
+        self.ready().pdf(&View::new(wo), wi)
     }
 }
 
 impl ReadyLobe {
     /// [`Lobe::sample`].
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Vec3 {
-        let axis = self.lobe.axis(wo);
+    pub fn sample(&self, view: &View, u: Vec2) -> Vec3 {
+        let axis = self.axis(view);
         let z = match self.lobe {
             Lobe::Uniform => 1.0 - 2.0 * u.x,
             Lobe::Cosine { .. } | Lobe::Below => (1.0 - u.x).sqrt(),
@@ -121,15 +125,28 @@ impl ReadyLobe {
     }
 
     /// [`Lobe::pdf`].
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    pub fn pdf(&self, view: &View, wi: Vec3) -> f32 {
         match self.lobe {
             Lobe::Uniform => 0.5 / TAU,
-            Lobe::Cosine { .. } | Lobe::Below => self.lobe.axis(wo).dot(wi).max(0.0) / PI,
+            Lobe::Cosine { .. } | Lobe::Below => self.axis(view).dot(wi).max(0.0) / PI,
             Lobe::Mirror { sharpness } | Lobe::Back { sharpness } | Lobe::Forward { sharpness, .. } => {
                 // |a - b|^2 / 2 = 1 - cos, without cancellation.
-                let less = self.lobe.axis(wo).distance_squared(wi) / 2.0;
+                let less = self.axis(view).distance_squared(wi) / 2.0;
                 self.peak * (-sharpness * less).exp()
             }
+        }
+    }
+
+    #[inline]
+    fn axis(&self, &View { wo, away }: &View) -> Vec3 {
+        match self.lobe {
+            Lobe::Uniform => Vec3::Z,
+            Lobe::Below => -Vec3::Z,
+            Lobe::Cosine { tilt: 0.0 } => Vec3::Z,
+            Lobe::Cosine { tilt } => Vec3::new(tilt * wo.x, tilt * wo.y, 1.0).normalize(),
+            Lobe::Mirror { .. } => Vec3::new(-wo.x, -wo.y, wo.z),
+            Lobe::Back { .. } => wo,
+            Lobe::Forward { height, .. } => (away * self.sine).extend(height),
         }
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::grid::{MOST, equal_edges};
-use super::lobe::ReadyLobe;
+use super::lobe::{ReadyLobe, View};
 use super::{Grid, Lobe};
 use crate::query::Incidence;
 
@@ -162,7 +162,7 @@ impl Sampler {
         // The last lobe with a weight where rounding left the sum below `pick`.
         let last = sums.partition_point(|&sum| sum < sums[sums.len() - 1]);
         let lobe = sums.partition_point(|&sum| sum <= pick).min(last);
-        self.ready[lobe].sample(query.wo, u)
+        self.ready[lobe].sample(&View::new(query.wo), u)
     }
 
     /// The density of [`sample`](Self::sample) at a direction, per steradian; over 0.
@@ -170,8 +170,9 @@ impl Sampler {
     pub fn pdf(&self, query: &Incidence, wi: Vec3) -> f32 {
         let first = self.first(query);
         let weights = &self.weights[first..first + self.lobes.len()];
+        let view = View::new(query.wo);
         let part = |(lobe, &weight): (&ReadyLobe, &f32)| {
-            if weight > 0.0 { weight * lobe.pdf(query.wo, wi) } else { 0.0 }
+            if weight > 0.0 { weight * lobe.pdf(&view, wi) } else { 0.0 }
         };
         self.ready.iter().zip(weights).map(part).sum()
     }
