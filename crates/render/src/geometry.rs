@@ -49,13 +49,16 @@ impl Geometry {
     }
 
     /// The nearest hits of many rays: fastest where those that follow each other go much the same way.
-    pub(crate) fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        self.flat.closest_hits(rays, hits);
+    pub(crate) fn closest_hits(&self, rays: impl Iterator<Item = Ray>) -> Vec<Option<Hit>> {
+        let rays: Vec<Ray> = rays.collect();
+        let mut hits = vec![None; rays.len()];
+        self.flat.closest_hits(&rays, &mut hits);
         if !self.placed.is_empty() {
-            for (ray, hit) in rays.iter().zip(hits) {
+            for (ray, hit) in rays.iter().zip(&mut hits) {
                 *hit = self.closest_of_both(ray, *hit);
             }
         }
+        hits
     }
 
     #[inline(never)]

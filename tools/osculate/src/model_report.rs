@@ -77,7 +77,7 @@ impl ModelReport {
             products: modules.iter().map(products).sum(),
             modules,
             sampler: file.sampler.map(|sampler| {
-                let (lobes, bands) = (sampler.lobes().to_vec(), sampler.grid().bands());
+                let (lobes, bands) = (sampler.lobes().collect::<Vec<_>>(), sampler.grid().bands());
                 let Grid { view_edges, curvature_edges, cells } = sampler.grid().clone();
                 SamplerReport { lobes, bands, view_edges, curvature_edges, cells }
             }),

@@ -5,9 +5,9 @@
 //! that of a single ray: every ray has the bits of [`Bvh::closest_hit`](super::Bvh::closest_hit).
 
 use super::build::{Child, WideTree};
-use super::kernels::{FAR_SLACK, Kernel, Packet};
-use super::ray::{Hit, PreparedRay, Ray, largest_component};
-use super::traverse::{Entry, NO_ENTRY, SMALL_STACK, push_children};
+use super::kernels::{Kernel, Packet};
+use super::ray::{Hit, PreparedRay, Ray, largest_component, magnitudes};
+use super::traverse::{Entry, NO_ENTRY, SMALL_STACK, pop, push_children};
 use super::triangle::intersect;
 
 #[cfg(test)]
@@ -65,21 +65,21 @@ impl<'r> Bundle<'r> {
     /// Of as many of the rays as fit together, from the first on; `None` if they are too few. And how many they are, at least one.
     #[inline(always)]
     fn new(rays: &'r [Ray]) -> (Option<Self>, usize) {
-        let first = PreparedRay::new(&rays[0]);
+        let lead = Lead::new(&rays[0]);
         let mut count = 0;
-        while count < rays.len().min(WIDTH) && first.goes_with(&rays[count]) {
+        while count < rays.len().min(WIDTH) && lead.is_followed_by(&rays[count]) {
             count += 1;
         }
-        if count < FEWEST { (None, count.max(1)) } else { (Some(Self::of(&first, &rays[..count])), count) }
+        if count < FEWEST { (None, count.max(1)) } else { (Some(Self::of(&rays[..count])), count) }
     }
 
     #[inline(always)]
-    fn of(first: &PreparedRay, rays: &'r [Ray]) -> Self {
-        let PreparedRay { near_row, axes, .. } = *first;
+    fn of(rays: &'r [Ray]) -> Self {
+        let PreparedRay { near_row, axes, .. } = PreparedRay::new(&rays[0]);
         let zeros = Lanes([0.0_f32; WIDTH]);
         let (mut origin, mut direction, mut t_max) = ([zeros; 3], [zeros; 3], zeros);
         for lane in 0..WIDTH {
-            let ray = &rays[if lane < rays.len() { lane } else { 0 }];
+            let ray = in_lane(rays, lane);
             for k in 0..3 {
                 origin[k].0[lane] = ray.origin[axes[k]];
                 direction[k].0[lane] = ray.direction[axes[k]];
@@ -136,7 +136,7 @@ impl<'r> Bundle<'r> {
         let (corners, triangle) = (packet.triangle(slot), packet.ids[slot]);
         for lane in lanes {
             let t_max = self.t_max.0[lane];
-            let ray = Ray { t_max, ..self.rays[if lane < self.rays.len() { lane } else { 0 }] };
+            let ray = Ray { t_max, ..*in_lane(self.rays, lane) };
             let Some(hit) = intersect(&PreparedRay::new(&ray), &corners) else { continue };
             if hit.t < t_max || triangle < self.triangle.0[lane] {
                 (self.t_max.0[lane], self.triangle.0[lane]) = (hit.t, triangle);
@@ -174,15 +174,9 @@ impl<'r> Bundle<'r> {
                     self.bounds.t_max = self.t_max.range()[1];
                 }
             }
-            loop {
-                if size == 0 {
-                    return true;
-                }
-                size -= 1;
-                if stack[size].near <= self.bounds.t_max * FAR_SLACK {
-                    reference = stack[size].reference;
-                    break;
-                }
+            match pop(stack, &mut size, self.bounds.t_max) {
+                None => return true,
+                Some(next) => reference = next,
             }
         }
     }
@@ -205,27 +199,40 @@ impl Lanes<f32> {
     }
 }
 
-impl PreparedRay {
+/// The ray that a bundle has in a lane.
+#[inline(always)]
+fn in_lane(rays: &[Ray], lane: usize) -> &Ray {
+    &rays[if lane < rays.len() { lane } else { 0 }]
+}
+
+/// The way that all rays of a bundle go.
+struct Lead {
+    direction: [f32; 3],
+    /// Largest component.
+    axis: usize,
+}
+
+impl Lead {
+    #[inline(always)]
+    fn new(ray: &Ray) -> Self {
+        let direction = ray.direction.to_array();
+        Self { direction, axis: largest_component(magnitudes(direction)) }
+    }
+
     /// Whether a ray fits into a bundle with this one.
     #[inline(always)]
-    fn goes_with(&self, other: &Ray) -> bool {
-        let (mine, direction) = (self.direction, other.direction.to_array());
-        let [x, y, z] = direction;
-        let magnitude = [x.abs(), y.abs(), z.abs()];
-        let most = SPREAD * mine[self.axes[2]].abs();
+    fn is_followed_by(&self, ray: &Ray) -> bool {
+        /// The largest component of shorter directions has shares whose inverse is infinite.
+        const SHORTEST: f32 = 1e-19;
+        let (mine, direction) = (self.direction, ray.direction.to_array());
+        let magnitude = magnitudes(direction);
+        let most = SPREAD * mine[self.axis].abs();
         let is_near = |axis: usize| (mine[axis] - direction[axis]).abs() <= most;
         let has_sign = |axis: usize| mine[axis].is_sign_negative() == direction[axis].is_sign_negative();
-        let is_largest = largest_component(magnitude) == self.axes[2];
-        let is_finite = other.origin.is_finite() && magnitude[self.axes[2]] > 0.0 && !other.t_max.is_nan();
+        let is_largest = largest_component(magnitude) == self.axis && magnitude[self.axis] >= SHORTEST;
+        let is_known = ray.origin.is_finite() && !ray.t_max.is_nan();
         // Without branches: nearly all are true.
-        is_near(0)
-            & is_near(1)
-            & is_near(2)
-            & has_sign(0)
-            & has_sign(1)
-            & has_sign(2)
-            & is_largest
-            & is_finite
+        is_near(0) & is_near(1) & is_near(2) & has_sign(0) & has_sign(1) & has_sign(2) & is_largest & is_known
     }
 }
 

@@ -106,7 +106,7 @@ pub fn to_f32(v: &crate::Vec3) -> Vec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use proptest::prelude::*;
 
@@ -226,16 +226,18 @@ mod tests {
         assert_eq!(bvh.closest_hit(&Ray::new(Vec3::ZERO, Vec3::NAN)), None);
     }
 
+    /// Triangles whose sizes and distances grow geometrically, which makes the tree a list.
+    pub(in super::super) fn list() -> Vec<[Vec3; 3]> {
+        let triangle = |i: i32| {
+            let s = 1.25_f32.powi(i - 120);
+            [Vec3::new(s, 0.0, 0.0), Vec3::new(s, s, 0.0), Vec3::new(s, 0.0, s)]
+        };
+        (0..240).map(triangle).collect()
+    }
+
     #[test]
     fn deep_trees_use_the_heap_stack() {
-        // Triangles whose sizes and distances grow geometrically make the tree a list.
-        let triangles: Vec<[Vec3; 3]> = (0..240)
-            .map(|i| {
-                let s = 1.25_f32.powi(i - 120);
-                [Vec3::new(s, 0.0, 0.0), Vec3::new(s, s, 0.0), Vec3::new(s, 0.0, s)]
-            })
-            .collect();
-        let bvh = Bvh::new(triangles);
+        let bvh = Bvh::new(list());
         for i in 0..200 {
             let s = 1.25_f32.powi(i - 120);
             check(&bvh, &Ray::new(Vec3::new(-1.0, 0.2 * s, 0.3 * s), Vec3::X));

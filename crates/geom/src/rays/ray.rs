@@ -59,6 +59,12 @@ pub(super) struct PreparedRay {
     pub t_max: f32,
 }
 
+/// Without signs. Not `array::map`, which is not inlined into functions compiled for other instructions.
+#[inline(always)]
+pub(super) fn magnitudes([x, y, z]: [f32; 3]) -> [f32; 3] {
+    [x.abs(), y.abs(), z.abs()]
+}
+
 /// Which of three numbers is the largest; of equal ones the last.
 #[inline(always)]
 pub(super) fn largest_component([x, y, z]: [f32; 3]) -> usize {
@@ -78,8 +84,7 @@ impl PreparedRay {
 
     pub(super) fn new(ray: &Ray) -> Self {
         let direction = ray.direction.to_array();
-        let [dx, dy, dz] = direction;
-        let magnitude = [dx.abs(), dy.abs(), dz.abs()];
+        let magnitude = magnitudes(direction);
         let z = largest_component(magnitude);
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         let least = magnitude[z] * Self::LEAST_COMPONENT;

@@ -1,7 +1,7 @@
 //! The walk down the hierarchy, once for all kernels.
 
 use super::build::{Child, WideTree};
-use super::kernels::{BoxHits, Kernel};
+use super::kernels::{BoxHits, FAR_SLACK, Kernel};
 use super::ray::PreparedRay;
 
 /// Stack for trees of ordinary depth. A larger one costs time to clear at every ray; deeper trees take the heap.
@@ -74,18 +74,24 @@ fn walk<K: Kernel, const ANY: bool>(
                 }
             }
         }
-        loop {
-            if size == 0 {
-                return found;
-            }
-            size -= 1;
-            // The slack is the one that boxes get: a box may not be dropped that could hold a tie.
-            if stack[size].near <= ray.t_max * super::kernels::FAR_SLACK {
-                reference = stack[size].reference;
-                break;
-            }
+        match pop(stack, &mut size, ray.t_max) {
+            None => return found,
+            Some(next) => reference = next,
         }
     }
+}
+
+/// The next child that waits and is not behind what was found.
+#[inline(always)]
+pub(super) fn pop(stack: &[Entry], size: &mut usize, t_max: f32) -> Option<u32> {
+    while *size > 0 {
+        *size -= 1;
+        // The slack is the one that boxes get: a box may not be dropped that could hold a tie.
+        if stack[*size].near <= t_max * FAR_SLACK {
+            return Some(stack[*size].reference);
+        }
+    }
+    None
 }
 
 /// Pushes the children that were hit, the farthest first, and returns the nearest instead of pushing it.

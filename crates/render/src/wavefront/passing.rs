@@ -39,9 +39,7 @@ pub(super) fn next_surfaces<'a>(
     counters.rays += active.len() as u64;
     let mut found: Vec<Option<Found>> = Vec::new();
     found.resize_with(active.len(), || None);
-    let rays: Vec<Ray> = active.iter().map(|&path| paths[path].ray).collect();
-    let mut hits = vec![None; rays.len()];
-    cx.scene.geometry.closest_hits(&rays, &mut hits);
+    let hits = cx.scene.geometry.closest_hits(active.iter().map(|&path| paths[path].ray));
     let first = |((slot, &path), hit): ((usize, &usize), Option<Hit>)| {
         Some(Passing { slot, path, hit: hit?, chance: paths[path].sampler.next_1d() })
     };
@@ -95,9 +93,7 @@ pub(super) fn transmittances(
     counters: &mut Counters,
 ) {
     counters.shadow_rays += shadows.len() as u64;
-    let rays: Vec<Ray> = shadows.iter().map(|shadow| shadow.ray).collect();
-    let mut hits = vec![None; rays.len()];
-    cx.scene.geometry.closest_hits(&rays, &mut hits);
+    let hits = cx.scene.geometry.closest_hits(shadows.iter().map(|shadow| shadow.ray));
     let first = |(k, hit): (usize, Option<Hit>)| Some((k, hit?));
     let mut pending: Vec<(usize, Hit)> = hits.into_iter().enumerate().filter_map(first).collect();
     let mut points = Vec::with_capacity(pending.len());

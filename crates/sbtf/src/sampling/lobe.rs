@@ -59,10 +59,10 @@ impl View {
 /// A lobe with what does not depend on directions worked out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ReadyLobe {
-    lobe: Lobe,
+    pub lobe: Lobe,
     /// Sine between a forward lobe's axis and the normal.
     sine: f32,
-    /// Of a von Mises-Fisher density: the share of an unbounded one that is inside the sphere.
+    /// Of a von Mises-Fisher density, of others nothing: the share of an unbounded one that is inside the sphere.
     inside: f32,
     /// The same: the density along the axis.
     peak: f32,
@@ -71,13 +71,14 @@ pub(super) struct ReadyLobe {
 impl Lobe {
     /// For many directions.
     pub(super) fn ready(self) -> ReadyLobe {
-        let (Self::Mirror { sharpness } | Self::Back { sharpness } | Self::Forward { sharpness, .. }) = self
-        else {
-            return ReadyLobe { lobe: self, sine: 0.0, inside: 1.0, peak: 0.0 };
+        let (sharpness, sine) = match self {
+            Self::Uniform | Self::Cosine { .. } | Self::Below => {
+                return ReadyLobe { lobe: self, sine: 0.0, inside: 0.0, peak: 0.0 };
+            }
+            Self::Mirror { sharpness } | Self::Back { sharpness } => (sharpness, 0.0),
+            Self::Forward { sharpness, height } => (sharpness, (1.0 - height * height).sqrt()),
         };
         let inside = -(-2.0 * sharpness).exp_m1();
-        let height = if let Self::Forward { height, .. } = self { height } else { 0.0 };
-        let sine = (1.0 - height * height).sqrt();
         ReadyLobe { lobe: self, sine, inside, peak: sharpness / (TAU * inside) }
     }
 
@@ -140,9 +141,8 @@ impl ReadyLobe {
     #[inline]
     fn axis(&self, &View { wo, away }: &View) -> Vec3 {
         match self.lobe {
-            Lobe::Uniform => Vec3::Z,
+            Lobe::Uniform | Lobe::Cosine { tilt: 0.0 } => Vec3::Z,
             Lobe::Below => -Vec3::Z,
-            Lobe::Cosine { tilt: 0.0 } => Vec3::Z,
             Lobe::Cosine { tilt } => Vec3::new(tilt * wo.x, tilt * wo.y, 1.0).normalize(),
             Lobe::Mirror { .. } => Vec3::new(-wo.x, -wo.y, wo.z),
             Lobe::Back { .. } => wo,

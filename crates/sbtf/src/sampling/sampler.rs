@@ -13,8 +13,7 @@ use crate::query::Incidence;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Sampler {
-    lobes: Vec<Lobe>,
-    ready: Vec<ReadyLobe>,
+    lobes: Vec<ReadyLobe>,
     grid: Grid,
     /// `[cells v, cells u, curvatures, bands, lobes]`; each mixture sums to 1.
     weights: Vec<f32>,
@@ -111,8 +110,8 @@ impl Sampler {
                 return Err(SamplerError::Mixture { index, weights: mixture.to_vec() });
             }
         }
-        let ready = lobes.iter().map(|lobe| lobe.ready()).collect();
-        Ok(Self { lobes, ready, grid, weights, sums })
+        let lobes = lobes.into_iter().map(Lobe::ready).collect();
+        Ok(Self { lobes, grid, weights, sums })
     }
 
     /// Cosine around the normal, with a tenth uniform: what to take for a material that has no fit.
@@ -124,8 +123,8 @@ impl Sampler {
 
     /// Its lobes.
     #[must_use]
-    pub fn lobes(&self) -> &[Lobe] {
-        &self.lobes
+    pub fn lobes(&self) -> impl ExactSizeIterator<Item = Lobe> {
+        self.lobes.iter().map(|ready| ready.lobe)
     }
 
     /// What its mixtures are told apart by.
@@ -142,9 +141,9 @@ impl Sampler {
 
     /// Whether versions of the file format before 3 can say what it is.
     pub(crate) fn is_of_version_2(&self) -> bool {
-        let is_new = |lobe: &Lobe| matches!(lobe, Lobe::Forward { .. });
+        let is_new = |lobe: Lobe| matches!(lobe, Lobe::Forward { .. });
         let equal = self.grid.view_edges == equal_edges(self.grid.bands());
-        equal && self.grid.curvature_edges.is_empty() && !self.lobes.iter().any(is_new)
+        equal && self.grid.curvature_edges.is_empty() && !self.lobes().any(is_new)
     }
 
     /// A unit direction to the light and its density per steradian, for three numbers in `[0, 1)`: which lobe, and where in it.
@@ -162,7 +161,7 @@ impl Sampler {
         // The last lobe with a weight where rounding left the sum below `pick`.
         let last = sums.partition_point(|&sum| sum < sums[sums.len() - 1]);
         let lobe = sums.partition_point(|&sum| sum <= pick).min(last);
-        self.ready[lobe].sample(&View::new(query.wo), u)
+        self.lobes[lobe].sample(&View::new(query.wo), u)
     }
 
     /// The density of [`sample`](Self::sample) at a direction, per steradian; over 0.
@@ -174,7 +173,7 @@ impl Sampler {
         let part = |(lobe, &weight): (&ReadyLobe, &f32)| {
             if weight > 0.0 { weight * lobe.pdf(&view, wi) } else { 0.0 }
         };
-        self.ready.iter().zip(weights).map(part).sum()
+        self.lobes.iter().zip(weights).map(part).sum()
     }
 
     /// Where the mixture for this query begins in the weights.
@@ -204,7 +203,8 @@ impl From<Sampler> for Parts {
         if view_edges == equal_edges(bands) {
             view_edges.clear();
         }
-        Self { lobes: sampler.lobes, bands, view_edges, curvature_edges, cells, weights: sampler.weights }
+        let lobes = sampler.lobes.iter().map(|ready| ready.lobe).collect();
+        Self { lobes, bands, view_edges, curvature_edges, cells, weights: sampler.weights }
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::Vec3;
 use proptest::prelude::*;
 
+use super::super::bvh::tests::list;
 use super::super::kernels::{Portable, Simd};
 use super::super::{Bvh, Hit, Ray};
 use super::*;
@@ -51,10 +52,15 @@ fn neighbouring_pixels_make_a_bundle_and_others_do_not() {
     let far = Ray::new(rays[0].origin, rays[0].direction + 0.1 * Vec3::X);
     let back = Ray::new(rays[0].origin, -rays[0].direction);
     let nan = Ray::new(Vec3::NAN, rays[0].direction);
-    for odd in [far, back, nan] {
+    let nowhere = Ray::new(rays[0].origin, Vec3::NAN);
+    let endless = Ray { t_max: f32::NAN, ..rays[0] };
+    // Its inverse shares are infinite.
+    let tiny = Ray::new(rays[0].origin, 1e-20 * rays[0].direction);
+    for odd in [far, back, nan, nowhere, endless, tiny] {
         let mut mixed = rays.clone();
         mixed[6] = odd;
         assert_eq!(Bundle::new(&mixed).1, 6, "{odd:?}");
+        assert_eq!(Bundle::new(&[odd; WIDTH]).0.is_some(), odd == far || odd == back, "{odd:?}");
     }
 }
 
@@ -77,6 +83,8 @@ fn rays_in_planes_and_through_vertices() {
         (Vec3::new(-1.0, -1.0, 2.0), Vec3::new(0.0, 0.25, -1.0)),
         (Vec3::new(-1.0, 0.5, 2.0), Vec3::new(-0.0, 0.0, -1.0)),
         (Vec3::new(-1.0, 0.5, 2.0), Vec3::new(1e-30, -1e-30, -1.0)),
+        (Vec3::new(-1.0, 0.5, 2.0), Vec3::new(0.0, 1e-22, -1e-20)),
+        (Vec3::new(-1.0, 0.5, 2.0), Vec3::new(0.0, 1e16, -1e18)),
     ] {
         let rays: Vec<Ray> = (0..9_u8).map(|k| Ray::new(first + f32::from(k) * step, direction)).collect();
         check(&bvh, &rays);
@@ -99,12 +107,7 @@ fn ties_go_to_the_first_triangle() {
 fn no_triangles_and_deep_trees() {
     let rays = fan(Vec3::new(-1.0, 0.2, 0.3), Vec3::ZERO, 1e-3, 20);
     assert_eq!(check(&Bvh::new(Vec::new()), &rays), 0);
-    // Sizes and distances that grow geometrically make the tree a list, whose stack is on the heap.
-    let list = (0..240).map(|i| {
-        let s = 1.25_f32.powi(i - 120);
-        [Vec3::new(s, 0.0, 0.0), Vec3::new(s, s, 0.0), Vec3::new(s, 0.0, s)]
-    });
-    check(&Bvh::new(list.collect()), &rays);
+    check(&Bvh::new(list()), &rays);
 }
 
 proptest! {

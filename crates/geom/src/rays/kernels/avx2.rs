@@ -28,11 +28,7 @@ impl Kernel for Avx2 {
             let far = _mm256_min_ps(slab(x ^ 1, 0), _mm256_set1_ps(ray.t_max));
             let far = _mm256_min_ps(slab(y ^ 1, 1), far);
             let far = _mm256_min_ps(slab(z ^ 1, 2), far);
-            let far = _mm256_mul_ps(far, _mm256_set1_ps(FAR_SLACK));
-            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far));
-            let mut hits = BoxHits { near: [0.0; NODE_WIDTH], mask: mask.cast_unsigned() };
-            _mm256_store_ps(hits.near.as_mut_ptr(), near);
-            hits
+            entered(near, far)
         }
     }
 
@@ -112,11 +108,7 @@ impl Kernel for Avx2 {
                 let leave = _mm256_max_ps(_mm256_mul_ps(to_far, low), _mm256_mul_ps(to_far, high));
                 (near, far) = (_mm256_max_ps(enter, near), _mm256_min_ps(leave, far));
             }
-            let far = _mm256_mul_ps(far, _mm256_set1_ps(FAR_SLACK));
-            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far));
-            let mut hits = BoxHits { near: [0.0; NODE_WIDTH], mask: mask.cast_unsigned() };
-            _mm256_store_ps(hits.near.as_mut_ptr(), near);
-            hits
+            entered(near, far)
         }
     }
 
@@ -208,6 +200,23 @@ impl Kernel for Avx2 {
                 }
             }
         }
+    }
+}
+
+/// The boxes that are left no sooner than they are entered.
+///
+/// # Safety
+///
+/// As for all of [`Avx2`]: within functions compiled for AVX2.
+#[inline(always)]
+unsafe fn entered(near: __m256, far: __m256) -> BoxHits {
+    // SAFETY: forwarded from the caller; hits are a 32-byte aligned array of eight floats.
+    unsafe {
+        let far = _mm256_mul_ps(far, _mm256_set1_ps(FAR_SLACK));
+        let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far));
+        let mut hits = BoxHits { near: [0.0; NODE_WIDTH], mask: mask.cast_unsigned() };
+        _mm256_store_ps(hits.near.as_mut_ptr(), near);
+        hits
     }
 }
 
