@@ -1,6 +1,6 @@
 """What an effect costs scenes that do without it: instructions a sample, beside a build that lacks the effect.
 
-    effect_pairs.py [--effects "curvature,textures"] [--samples 8] [--target-dir target] [--limit 0.02]
+    effect_pairs.py [--effects "curvature,textures"] [--samples 48] [--target-dir target] [--limit 0.02]
 
     needs cargo and valgrind
 
@@ -10,10 +10,10 @@ For every effect that the renderer's plan decides on there is a pair of small sc
 directional lights, for the least scene that shows anything.
 
 Instructions are counted by valgrind's cachegrind, of two runs with different numbers of samples: their difference has no start and no
-preparation in it. Valgrind has no AVX-512 and says so to programs, so what is counted is the code for AVX2; counts of a build
+preparation in it, nor the waiting of idle threads, which makes up to two million instructions of difference between runs. Valgrind has no AVX-512 and says so to programs, so what is counted is the code for AVX2; counts of a build
 repeat but for the addresses that hashing draws. `without / lacking` is what having the effect costs a scene that does without it. `forced` is that scene
 with the effect simulated although the plan does without, and `saving` the share of that which the plan saves. The pictures of both builds must have the same bits, and the build that lacks the
-effect must refuse the scene with it. Exit code 1 if that does not hold, or a row is over the limit. About fifteen minutes on two processors.
+effect must refuse the scene with it. Exit code 1 if that does not hold, or a row is over the limit. About half an hour on two processors.
 """
 
 import argparse
@@ -79,7 +79,7 @@ def refuses(program, effect):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--effects", help="names of effects, separated by commas; all by default")
-    parser.add_argument("--samples", type=int, default=8, help="a pixel, in the shorter run")
+    parser.add_argument("--samples", type=int, default=48, help="a pixel, in the shorter run")
     parser.add_argument("--target-dir", type=Path, default=ROOT / "target")
     parser.add_argument("--limit", type=float, default=0.02, help="of what a build may cost beside one that lacks the effect")
     arguments = parser.parse_args()

@@ -84,12 +84,15 @@ impl ObjectPoint<'_> {
     /// along it.
     pub(crate) fn ask(&self, direction: Vec3) -> Option<RayCurvature> {
         let placement = &self.object.placement;
-        // A build without filters has what the field says at the point.
-        let Some(field) = self.object.field.as_ref().filter(|_| FILTER) else {
+        let Some(field) = &self.object.field else {
             return self.along(direction).map(|kappa| RayCurvature { kappa, across: None, uv_rate: None });
         };
         let w = placement.rotation.transpose() * direction;
-        let answer = field.ask(self.triangle, self.barycentrics, w)?;
+        let answer = if FILTER {
+            field.ask(self.triangle, self.barycentrics, w)?
+        } else {
+            field.at_point(self.triangle, self.barycentrics, w)?
+        };
         Some(RayCurvature {
             kappa: answer.kappa / placement.scale,
             across: answer.across.map(|kappa| kappa / placement.scale),

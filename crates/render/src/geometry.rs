@@ -54,17 +54,37 @@ impl Geometry {
         let mut hits = vec![None; rays.len()];
         self.flat.closest_hits(&rays, &mut hits);
         if !self.placed.is_empty() {
-            for (ray, hit) in rays.iter().zip(&mut hits) {
-                *hit = self.closest_of_both(ray, *hit);
+            let before: Vec<Ray> = rays.iter().zip(&hits).map(|(ray, &flat)| up_to(ray, flat)).collect();
+            let mut placed = vec![None; rays.len()];
+            self.instances.closest_hits(&before, &mut placed);
+            for (hit, placed) in hits.iter_mut().zip(placed) {
+                *hit = self.nearer(*hit, placed);
             }
         }
         hits
     }
 
+    /// Whether anything is hit, for many rays.
+    pub(crate) fn any_hits(&self, rays: impl Iterator<Item = Ray>) -> Vec<bool> {
+        let rays: Vec<Ray> = rays.collect();
+        let mut any = vec![false; rays.len()];
+        self.flat.any_hits(&rays, &mut any);
+        if !self.placed.is_empty() {
+            let mut placed = vec![false; rays.len()];
+            self.instances.any_hits(&rays, &mut placed);
+            any.iter_mut().zip(placed).for_each(|(any, placed)| *any |= placed);
+        }
+        any
+    }
+
     #[inline(never)]
     fn closest_of_both(&self, ray: &Ray, flat: Option<Hit>) -> Option<Hit> {
-        let t_max = flat.map_or(ray.t_max, |hit| hit.t);
-        let Some((instance, hit)) = self.instances.closest_hit(&Ray { t_max, ..*ray }) else { return flat };
+        self.nearer(flat, self.instances.closest_hit(&up_to(ray, flat)))
+    }
+
+    /// Of a hit and that of an instance; the first of two at the same distance.
+    fn nearer(&self, flat: Option<Hit>, placed: Option<(usize, Hit)>) -> Option<Hit> {
+        let Some((instance, hit)) = placed else { return flat };
         if flat.is_some_and(|flat| flat.t <= hit.t) {
             return flat;
         }
@@ -105,6 +125,11 @@ impl Geometry {
         }
         point
     }
+}
+
+/// The part of a ray before a hit.
+fn up_to(ray: &Ray, hit: Option<Hit>) -> Ray {
+    Ray { t_max: hit.map_or(ray.t_max, |hit| hit.t), ..*ray }
 }
 
 impl From<Placement> for Similarity {

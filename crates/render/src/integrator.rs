@@ -1,4 +1,4 @@
-//! The path tracer, compiled once for each set of effects without silhouettes.
+//! The path tracer, one path after the other: what [`wavefront`](crate::wavefront) does for many side by side, as it is easiest to read.
 //!
 //! Light is gathered by next-event estimation and by BSDF sampling, combined with the power heuristic (Veach 1997). One
 //! light is drawn per path vertex, in proportion to a rough estimate of what it contributes there. Every random number has a
@@ -9,7 +9,6 @@ use osculate_geom::rays::{Hit, Ray};
 
 use crate::camera::CameraRay;
 use crate::counters::Counters;
-use crate::effects::Effects;
 use crate::lighting::{
     Last, PathLimits, Strategy, draw_light, environment_light, light_importance, light_weight,
     rectangle_light, shadow_ray,
@@ -22,10 +21,6 @@ use crate::shading::ShadingPoint;
 use crate::silhouette::{Met, Purpose, SilhouettePoint};
 use crate::vertex::{Surface, Vertex};
 
-/// Radiance along a camera ray.
-pub(crate) type RadianceFn =
-    fn(&Prepared, Simulated, PathLimits, CameraRay, &mut Sampler, &mut Counters) -> Vec3;
-
 /// The first random dimension of a path vertex. The camera has two, every vertex six: one for opacities on the way there, from the
 /// second on those of its light, from the fourth on those of its direction.
 #[inline]
@@ -36,39 +31,8 @@ pub(crate) fn first_dimension(depth: u32) -> u64 {
 /// Vertices after which paths may be ended at random.
 const ROULETTE_DEPTH: u32 = 4;
 
-/// The integrator for these effects. Without silhouettes exactly these are compiled in; with them it asks for one thing after the
-/// other, which `wavefront` does in batches.
-pub(crate) fn specialised(effects: Effects) -> RadianceFn {
-    macro_rules! table {
-        ($($bits:literal)*) => { [$(radiance::<$bits> as RadianceFn),*] };
-    }
-    const TABLE: [RadianceFn; 64] = table!(
-        0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31
-        32 33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63
-    );
-    if Simulated::new(effects).silhouettes() { path } else { TABLE[effects.path_bits() & 63] }
-}
-
-fn radiance<const BITS: usize>(
-    scene: &Prepared,
-    _: Simulated,
-    limits: PathLimits,
-    camera_ray: CameraRay,
-    sampler: &mut Sampler,
-    counters: &mut Counters,
-) -> Vec3 {
-    path(
-        scene,
-        const { Simulated::new(Effects::from_path_bits(BITS)) },
-        limits,
-        camera_ray,
-        sampler,
-        counters,
-    )
-}
-
-#[inline(always)]
-fn path(
+/// Radiance along a camera ray.
+pub(crate) fn radiance(
     scene: &Prepared,
     effects: Simulated,
     limits: PathLimits,
@@ -231,6 +195,7 @@ pub(crate) fn plain_opacity(scene: &Prepared, hit: &Hit) -> f32 {
 }
 
 /// The ordinary surface at a hit.
+#[inline(always)]
 pub(crate) fn surface_at<'a>(
     scene: &'a Prepared,
     effects: Simulated,

@@ -66,7 +66,7 @@ pub(crate) fn shadow_ray(origin: Vec3, sample: &LightSample) -> Ray {
 }
 
 /// Sum of the importances of all lights at a point.
-#[inline]
+#[inline(always)]
 pub(crate) fn light_importance(scene: &Prepared, effects: Simulated, receiver: &Receiver) -> f32 {
     let mut sum = 0.0;
     if effects.area_lights() {

@@ -1,6 +1,6 @@
 //! [`render`]: passes over the image, tile by tile, until a rule says stop.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 
 use glam::{Mat3, Vec3};
@@ -10,7 +10,7 @@ use crate::camera::{Camera, CameraRay};
 use crate::counters::Counters;
 use crate::effects::Effects;
 use crate::film::{Film, PixelSum};
-use crate::integrator::{RadianceFn, specialised};
+use crate::integrator::radiance;
 use crate::lighting::{PathLimits, Strategy};
 use crate::plan::plan;
 use crate::prepared::{Prepared, SceneError};
@@ -37,11 +37,11 @@ pub enum StopRule {
     Time(Duration),
 }
 
-/// How materials with silhouettes are asked. Scenes without any are traced path by path.
+/// How many paths go side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Queries {
-    /// So many paths side by side, at least one, and all that they ask of a material at a stage in one batch. The number changes no bit
-    /// of the picture.
+    /// So many paths side by side, at least one: rays that go much the same way are traced together, and all that is asked of a material with
+    /// silhouettes at a stage is one batch. The number changes no bit of the picture.
     Batched {
         /// Paths of a thread that are traced side by side.
         paths: u32,
@@ -140,14 +140,7 @@ pub fn render(
     let start = Instant::now();
     let (prepared, effects) = prepare(scene, options)?;
     let preparation = start.elapsed();
-    let pass = Pass {
-        scene,
-        camera: &scene.camera,
-        prepared: &prepared,
-        options,
-        effects,
-        radiance: specialised(effects),
-    };
+    let pass = Pass { scene, camera: &scene.camera, prepared: &prepared, options, effects };
     Ok(pass.render(preparation, progress))
 }
 
@@ -207,7 +200,6 @@ pub fn render_frames(
             prepared: &prepared,
             options: &RenderOptions { seed: frame.seed, ..*options },
             effects,
-            radiance: specialised(effects),
         };
         frames_done.push(pass.render(preparation, &mut |_| ControlFlow::Continue(())));
         preparation = Duration::ZERO;
@@ -234,7 +226,6 @@ struct Pass<'a> {
     prepared: &'a Prepared,
     options: &'a RenderOptions,
     effects: Effects,
-    radiance: RadianceFn,
 }
 
 impl Pass<'_> {
@@ -291,46 +282,65 @@ impl Pass<'_> {
         let pixels = tile.pixels();
         let indices = first..first + count;
         match self.options.queries {
-            Queries::Batched { paths } if self.simulated().silhouettes() => {
-                let samples = pixels.flat_map(|pixel| indices.clone().map(move |index| (pixel, index)));
-                let values = self.side_by_side(samples, paths.max(1) as usize, &mut counters);
+            Queries::Batched { paths } => {
+                let values = self.side_by_side(pixels, indices.clone(), paths.max(1) as usize, &mut counters);
                 let sum = |values: &[Vec3]| PixelSum::of(indices.clone().zip(values.iter().copied()));
                 sums.extend(values.chunks(count as usize).map(sum));
             }
-            _ => sums.extend(pixels.map(|pixel| {
+            Queries::Single => sums.extend(pixels.map(|pixel| {
                 PixelSum::of(indices.clone().map(|index| (index, self.sample(pixel, index, &mut counters))))
             })),
         }
         (sums, counters)
     }
 
-    /// The values of samples, so many at a time.
+    /// The values of samples, so many at a time: of every pixel those with these indices.
     fn side_by_side(
         &self,
-        mut samples: impl Iterator<Item = ([u32; 2], u32)>,
+        pixels: impl Iterator<Item = [u32; 2]>,
+        indices: Range<u32>,
         at_a_time: usize,
         counters: &mut Counters,
     ) -> Vec<Vec3> {
-        let mut values = Vec::new();
-        loop {
-            let start = |(pixel, index)| {
-                let (ray, sampler) = self.camera_ray(pixel, index, counters);
-                Path::new(ray, sampler)
-            };
-            let mut paths: Vec<Path> = samples.by_ref().take(at_a_time).map(start).collect();
-            if paths.is_empty() {
-                return values;
+        let mut values = Vec::with_capacity((TILE * TILE) as usize * indices.len());
+        let mut paths = Vec::with_capacity(at_a_time.min(values.capacity()));
+        let mut finish = |paths: &mut Vec<Path>, counters: &mut Counters| {
+            trace(self.prepared, self.simulated(), self.limits(), paths, counters);
+            values.extend(paths.drain(..).map(|path| finite(path.radiance(), counters)));
+        };
+        for pixel in pixels {
+            let mut indices = indices.clone();
+            while !indices.is_empty() {
+                let room = at_a_time - paths.len();
+                let these = indices.by_ref().take(room);
+                if self.is_blurred() {
+                    paths.extend(these.map(|index| self.path::<true>(pixel, index, counters)));
+                } else {
+                    paths.extend(these.map(|index| self.path::<false>(pixel, index, counters)));
+                }
+                if paths.len() == at_a_time {
+                    finish(&mut paths, counters);
+                }
             }
-            trace(self.prepared, self.simulated(), self.limits(), &mut paths, counters);
-            values.extend(paths.iter().map(|path| finite(path.radiance(), counters)));
         }
+        finish(&mut paths, counters);
+        values
     }
 
     #[inline(always)]
+    fn path<const BLURRED: bool>(&self, pixel: [u32; 2], index: u32, counters: &mut Counters) -> Path {
+        let (ray, sampler) = self.camera_ray::<BLURRED>(pixel, index, counters);
+        Path::new(ray, sampler)
+    }
+
+    /// The value of a sample on its own.
     fn sample(&self, pixel: [u32; 2], index: u32, counters: &mut Counters) -> Vec3 {
-        let (ray, mut sampler) = self.camera_ray(pixel, index, counters);
-        let value =
-            (self.radiance)(self.prepared, self.simulated(), self.limits(), ray, &mut sampler, counters);
+        let (ray, mut sampler) = if self.is_blurred() {
+            self.camera_ray::<true>(pixel, index, counters)
+        } else {
+            self.camera_ray::<false>(pixel, index, counters)
+        };
+        let value = radiance(self.prepared, self.simulated(), self.limits(), ray, &mut sampler, counters);
         finite(value, counters)
     }
 
@@ -342,16 +352,26 @@ impl Pass<'_> {
         PathLimits { max_depth: self.options.max_depth, strategy: self.options.strategy }
     }
 
+    /// Whether rays come from all over a lens.
+    fn is_blurred(&self) -> bool {
+        self.simulated().depth_of_field() && self.camera.has_depth_of_field()
+    }
+
     /// Where a sample looks, and its numbers for the path.
     #[inline(always)]
-    fn camera_ray(&self, [x, y]: [u32; 2], index: u32, counters: &mut Counters) -> (CameraRay, Sampler) {
+    fn camera_ray<const BLURRED: bool>(
+        &self,
+        [x, y]: [u32; 2],
+        index: u32,
+        counters: &mut Counters,
+    ) -> (CameraRay, Sampler) {
         let pixel = u64::from(y) * u64::from(self.scene.width) + u64::from(x);
         let stream = 2 * pixel + u64::from(index & 1);
         let mut sampler = Sampler::new(self.options.sampler, self.options.seed, stream, index >> 1);
         let [dx, dy] = sampler.next_2d().map(tent);
         let (px, py) = (x as f32 + 0.5 + dx, y as f32 + 0.5 + dy);
         let (width, height) = (self.scene.width as f32, self.scene.height as f32);
-        let ray = if self.simulated().depth_of_field() && self.camera.has_depth_of_field() {
+        let ray = if BLURRED {
             counters.lens_samples += 1;
             self.camera.lens_ray(px, py, width, height, sampler.next_2d())
         } else {

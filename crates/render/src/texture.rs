@@ -61,6 +61,7 @@ impl Texture {
         clippy::cast_sign_loss,
         reason = "coordinates are wrapped into the image first"
     )]
+    #[inline(never)]
     pub fn lookup(&self, uv: [f32; 2]) -> Vec3 {
         // A UV that is not finite looks up the corner: NaN as an index is 0.
         let wrap = |x: f32, size: u32| (x - x.floor()) * size as f32 - 0.5;

@@ -65,6 +65,26 @@ fn every_effect_that_is_left_out_could_not_change_a_bit() {
     }
 }
 
+/// Surfaces without a model have the same bits in both programs, whatever the scene calls for.
+#[test]
+fn ordinary_paths_side_by_side_are_paths_one_by_one_to_the_bit() {
+    let mut compared = 0;
+    for effect in EFFECTS.into_iter().chain([ALL_BUT_A_SUN]) {
+        let pair = pair(effect).unwrap_or_else(|| panic!("no scenes with and without {effect}"));
+        for case in pair.without.iter().chain([&pair.with]) {
+            if plan(&case.scene, case.max_depth).effects().silhouettes {
+                continue;
+            }
+            let one = run(&case.scene, &planned(case, Queries::Single));
+            let many = run(&case.scene, &planned(case, Queries::Batched { paths: 100 }));
+            assert_eq!(one.film.radiance(), many.film.radiance(), "{effect}");
+            assert_eq!(one.counters, many.counters, "{effect}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 10, "{compared} scenes");
+}
+
 /// Whether forcing did anything of an effect that the plan left out.
 fn forcing_changes_nothing(effect: &str, case: &Case, queries: Queries, name: &str) -> bool {
     let options = planned(case, queries);

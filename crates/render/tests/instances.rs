@@ -10,7 +10,7 @@ use osculate_render::scene::{
     DirectionalCurvature, LoadedMesh, Placement, QueryForm, RayCurvature, SceneFile, SilhouetteMaterial,
 };
 use osculate_render::{
-    Environment, Light, Material, MeshInstance, RenderOptions, Rendering, Scene, StopRule,
+    Environment, Light, Material, MeshInstance, Queries, RenderOptions, Rendering, Scene, StopRule,
 };
 use osculate_sbtf::sampling::Sampler;
 use osculate_sbtf::{Answer, Query, SilhouetteBtf};
@@ -132,6 +132,21 @@ fn instances_look_like_copies() {
         for (a, b) in counts(&instances).into_iter().zip(counts(&copies)) {
             assert!((a - b).abs() <= 3e-4 * b, "neural {neural}: {a} for {b}");
         }
+    }
+}
+
+/// Instances that are met by many rays together are met by the same rays one by one.
+#[test]
+fn instances_side_by_side_are_instances_one_by_one_to_the_bit() {
+    for neural in [false, true] {
+        let scene = crowd(&ball(neural), true);
+        let asked = |queries| {
+            let stop = StopRule::Samples(16);
+            run(&scene, &RenderOptions { stop, queries, max_depth: 3, ..RenderOptions::default() })
+        };
+        let (one, many) = (asked(Queries::Single), asked(Queries::default()));
+        assert_eq!(one.film.radiance(), many.film.radiance(), "neural {neural}");
+        assert_eq!(one.counters, many.counters, "neural {neural}");
     }
 }
 

@@ -66,6 +66,18 @@ impl OwnedField {
         Self { field, filter, walk }
     }
 
+    /// What a filter makes of a ray that comes from this direction.
+    #[inline]
+    fn filtered_by(&self, filter: &Filter, point: SurfacePoint, direction: Vec3) -> Option<RayCurvature> {
+        let query = FilterQuery { point, w: widen(direction), length: self.walk };
+        let answer = filter.ask(&self.field, &query)?;
+        Some(RayCurvature {
+            kappa: narrow(answer.kappa),
+            across: Some(narrow(answer.across)),
+            uv_rate: answer.uv_rate.map(|q| q.map(narrow)),
+        })
+    }
+
     /// Makes the whole of a table that is otherwise made where it is asked for.
     pub fn fill_table(&self) {
         match &self.filter {
@@ -137,17 +149,43 @@ impl DirectionalCurvature for OwnedField {
     }
 
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
-        let point = point(triangle, barycentrics);
-        let query = FilterQuery { point, w: widen(direction), length: self.walk };
-        let answer = self.filter.ask(&self.field, &query)?;
-        Some(RayCurvature {
-            kappa: narrow(answer.kappa),
-            across: Some(narrow(answer.across)),
-            uv_rate: answer.uv_rate.map(|q| q.map(narrow)),
-        })
+        self.filtered_by(&self.filter, point(triangle, barycentrics), direction)
+    }
+
+    fn at_point(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
+        self.filtered_by(&Filter::Point, point(triangle, barycentrics), direction)
     }
 
     fn filter(&self) -> FilterKind {
         self.filter.kind()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osculate_geom::curvature::{CurvatureOptions, estimate};
+    use osculate_geom::shapes;
+
+    /// What a build without filters has of every field.
+    #[test]
+    fn at_the_point_every_field_says_what_the_point_filter_does() {
+        let torus = shapes::torus(1.0, 0.45, 40, 20);
+        let surface = Surface::new(&torus, Weld::Exact);
+        let curvature = estimate(&surface, &CurvatureOptions::default()).unwrap();
+        let of = |filter| OwnedField::of_mesh(&torus, Weld::Exact, &curvature, filter, None);
+        let point = of(FilterKind::Point);
+        let mut looked_past = 0;
+        for kind in FilterKind::ALL {
+            let field = of(kind);
+            for triangle in (0..torus.triangles().len()).step_by(17) {
+                let (at, w) = ([0.2, 0.3, 0.5], Vec3::new(0.4, 0.7, -0.3));
+                let expected = point.ask(triangle, at, w);
+                assert!(expected.is_some_and(|answer| answer.across.is_some()));
+                assert_eq!(field.at_point(triangle, at, w), expected, "{kind:?}");
+                looked_past += usize::from(field.ask(triangle, at, w) != expected);
+            }
+        }
+        assert!(looked_past > 50, "{looked_past}");
     }
 }

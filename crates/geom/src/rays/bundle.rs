@@ -17,7 +17,7 @@ mod tests;
 pub(super) const WIDTH: usize = 16;
 
 /// Fewer rays are faster one by one.
-const FEWEST: usize = 4;
+pub(super) const FEWEST: usize = 4;
 
 /// Most that a component of a direction may differ from that of the bundle's first, over the direction's largest: what some twenty pixels of a
 /// picture of 1000 are apart.
@@ -65,12 +65,8 @@ impl<'r> Bundle<'r> {
     /// Of as many of the rays as fit together, from the first on; `None` if they are too few. And how many they are, at least one.
     #[inline(always)]
     fn new(rays: &'r [Ray]) -> (Option<Self>, usize) {
-        let lead = Lead::new(&rays[0]);
-        let mut count = 0;
-        while count < rays.len().min(WIDTH) && lead.is_followed_by(&rays[count]) {
-            count += 1;
-        }
-        if count < FEWEST { (None, count.max(1)) } else { (Some(Self::of(&rays[..count])), count) }
+        let count = alike(rays);
+        if count < FEWEST { (None, count) } else { (Some(Self::of(&rays[..count])), count) }
     }
 
     #[inline(always)]
@@ -205,6 +201,17 @@ fn in_lane(rays: &[Ray], lane: usize) -> &Ray {
     &rays[if lane < rays.len() { lane } else { 0 }]
 }
 
+/// How many of the rays fit into one bundle, from the first on: at least one.
+#[inline(always)]
+pub(super) fn alike(rays: &[Ray]) -> usize {
+    let lead = Lead::new(&rays[0]);
+    let mut count = 0;
+    while count < rays.len().min(WIDTH) && lead.is_followed_by(&rays[count]) {
+        count += 1;
+    }
+    count.max(1)
+}
+
 /// The way that all rays of a bundle go.
 struct Lead {
     direction: [f32; 3],
@@ -236,30 +243,41 @@ impl Lead {
     }
 }
 
-/// The closest hits of all rays, in bundles where they make some; `one` finds that of a single ray.
+/// What is wanted of rays.
+pub(super) trait Question {
+    type Answer;
+
+    /// Of a ray on its own.
+    fn of_one(&self, ray: &Ray) -> Self::Answer;
+
+    /// Of a ray that was traced with others, from its closest hit.
+    fn of_hit(hit: Option<Hit>) -> Self::Answer;
+}
+
+/// Asks about all rays, in bundles where they make some.
 #[inline(always)]
-pub(super) fn trace<K: Kernel>(
+pub(super) fn trace<K: Kernel, Q: Question>(
     tree: &WideTree,
     rays: &[Ray],
-    hits: &mut [Option<Hit>],
-    one: impl Fn(&Ray) -> Option<Hit>,
+    question: &Q,
+    answers: &mut [Q::Answer],
 ) {
     let is_shallow = tree.stack_size <= SMALL_STACK && !tree.nodes.is_empty();
     let mut stack = [NO_ENTRY; SMALL_STACK];
     let mut first = 0;
     while first < rays.len() {
         let (bundle, count) = if is_shallow { Bundle::new(&rays[first..]) } else { (None, 1) };
-        let (rays, hits) = (&rays[first..first + count], &mut hits[first..first + count]);
+        let (rays, answers) = (&rays[first..first + count], &mut answers[first..first + count]);
         first += count;
         if let Some(mut bundle) = bundle
             && bundle.walk::<K>(tree, &mut stack)
         {
-            for (lane, hit) in hits.iter_mut().enumerate() {
-                *hit = bundle.hit(lane);
+            for (lane, answer) in answers.iter_mut().enumerate() {
+                *answer = Q::of_hit(bundle.hit(lane));
             }
         } else {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = one(ray);
+            for (ray, answer) in rays.iter().zip(answers) {
+                *answer = question.of_one(ray);
             }
         }
     }

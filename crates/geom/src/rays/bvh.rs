@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::build::{WideTree, build};
+use super::bundle::Question;
 use super::kernels::{Simd, trace_all, traverse};
 use super::ray::{Hit, PreparedRay, Ray};
 use super::surface_point::SurfacePoint;
@@ -78,13 +79,23 @@ impl Bvh {
     }
 
     pub(super) fn closest_hits_with(&self, simd: Simd, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        trace_all(simd, &self.tree, rays, hits, |ray| self.closest_hit(ray));
+        trace_all(simd, &self.tree, rays, &Closest(self), hits);
     }
 
     /// Whether the ray meets any triangle at `0 < t <= t_max`.
     #[must_use]
     pub fn any_hit(&self, ray: &Ray) -> bool {
         traverse::<true>(self.simd, &self.tree, PreparedRay::new(ray)).is_some()
+    }
+
+    /// [`Self::any_hit`] of every ray; traced together as by [`Self::closest_hits`].
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many answers as rays.
+    pub fn any_hits(&self, rays: &[Ray], any: &mut [bool]) {
+        assert_eq!(rays.len(), any.len(), "an answer for every ray");
+        trace_all(self.simd, &self.tree, rays, &Any(self), any);
     }
 
     /// The point of a hit, with its error bound and the triangle's normal.
@@ -95,6 +106,36 @@ impl Bvh {
     #[must_use]
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         SurfacePoint::new(self.triangles[hit.triangle as usize], hit.barycentrics)
+    }
+}
+
+/// For the closest hit.
+struct Closest<'a>(&'a Bvh);
+
+impl Question for Closest<'_> {
+    type Answer = Option<Hit>;
+
+    fn of_one(&self, ray: &Ray) -> Option<Hit> {
+        self.0.closest_hit(ray)
+    }
+
+    fn of_hit(hit: Option<Hit>) -> Option<Hit> {
+        hit
+    }
+}
+
+/// Whether anything is hit.
+struct Any<'a>(&'a Bvh);
+
+impl Question for Any<'_> {
+    type Answer = bool;
+
+    fn of_one(&self, ray: &Ray) -> bool {
+        self.0.any_hit(ray)
+    }
+
+    fn of_hit(hit: Option<Hit>) -> bool {
+        hit.is_some()
     }
 }
 

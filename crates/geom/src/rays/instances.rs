@@ -1,10 +1,13 @@
 //! [`Instances`]: meshes that stand in many places, each with one hierarchy, under a hierarchy over the places.
 
+mod crowd;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Mat3, Vec3};
 
+use super::bundle;
 use super::bvh::Bvh;
 use super::ray::{Hit, PreparedRay, Ray};
 
@@ -120,13 +123,51 @@ impl Instances {
         self.walk(ray, |index, t_max| {
             let Instance { mesh, place } = &self.instances[index];
             let hit = mesh.closest_hit(&Ray { t_max, ..place.object_from_world(ray) })?;
-            if best.is_some_and(|(other, old)| hit.t == old.t && other < index) {
-                return None;
-            }
-            best = Some((index, hit));
+            is_before((index, hit), best).then(|| best = Some((index, hit)))?;
             Some(hit.t)
         });
         best
+    }
+
+    /// [`Self::closest_hit`] of every ray. Rays that follow each other and go much the same way are traced together, which is faster.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many answers as rays.
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<(usize, Hit)>]) {
+        assert_eq!(rays.len(), hits.len(), "an answer for every ray");
+        self.trace_all(rays, hits, |ray| self.closest_hit(ray), |hit| hit);
+    }
+
+    /// [`Self::any_hit`] of every ray; traced together as by [`Self::closest_hits`].
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many answers as rays.
+    pub fn any_hits(&self, rays: &[Ray], any: &mut [bool]) {
+        assert_eq!(rays.len(), any.len(), "an answer for every ray");
+        self.trace_all(rays, any, |ray| self.any_hit(ray), |hit| hit.is_some());
+    }
+
+    /// Asks for rays on their own, or makes answers of the closest hits of those that are traced together.
+    fn trace_all<T>(
+        &self,
+        mut rays: &[Ray],
+        mut answers: &mut [T],
+        of_one: impl Fn(&Ray) -> T,
+        of_hit: impl Fn(Option<(usize, Hit)>) -> T,
+    ) {
+        while !rays.is_empty() {
+            let (these, others) = rays.split_at(bundle::alike(rays));
+            let (answered, open) = answers.split_at_mut(these.len());
+            if these.len() < bundle::FEWEST {
+                these.iter().zip(answered).for_each(|(ray, answer)| *answer = of_one(ray));
+            } else {
+                let hits = self.closest_of_crowd(these);
+                answered.iter_mut().zip(hits).for_each(|(answer, hit)| *answer = of_hit(hit));
+            }
+            (rays, answers) = (others, open);
+        }
     }
 
     /// Whether the ray meets any instance at `0 < t <= t_max`.
@@ -180,6 +221,11 @@ impl Instances {
             }
         }
     }
+}
+
+/// Whether a hit that is not farther than the one before it takes its place: of two at the same distance that of the lower instance does.
+fn is_before((index, hit): (usize, Hit), best: Option<(usize, Hit)>) -> bool {
+    best.is_none_or(|(other, old)| hit.t != old.t || index < other)
 }
 
 /// Three roundings in the product and difference of a slab test, twice over.
@@ -244,11 +290,11 @@ fn build(leaves: &mut [Node], nodes: &mut Vec<Node>) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A tetrahedron.
-    fn body() -> Arc<Bvh> {
+    pub(super) fn body() -> Arc<Bvh> {
         let p = [
             Vec3::new(1.0, 1.0, 1.0),
             Vec3::new(1.0, -1.0, -1.0),
@@ -263,11 +309,11 @@ mod tests {
         ]))
     }
 
-    fn unit(k: u32, step: f32) -> f32 {
+    pub(super) fn unit(k: u32, step: f32) -> f32 {
         (k as f32 * step).fract()
     }
 
-    fn crowd(count: u32) -> Vec<(Arc<Bvh>, Similarity)> {
+    pub(super) fn crowd(count: u32) -> Vec<(Arc<Bvh>, Similarity)> {
         let body = body();
         let place = |k: u32| {
             let at = Vec3::new(unit(k, 0.618_034), unit(k, 0.754_878), unit(k, 0.569_84)) * 20.0 - 10.0;
@@ -278,7 +324,7 @@ mod tests {
         (0..count).map(place).collect()
     }
 
-    fn ray(k: u32) -> Ray {
+    pub(super) fn ray(k: u32) -> Ray {
         let at = |s: f32| Vec3::new(unit(k, 0.17 + s), unit(k, 0.29 + s), unit(k, 0.37 + s)) - 0.5;
         Ray::new(40.0 * at(0.003), 2.0 * at(0.211))
     }

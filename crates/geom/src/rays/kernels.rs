@@ -9,8 +9,8 @@
 mod avx2;
 
 use super::build::WideTree;
-use super::bundle::{self, Bounds, Bundle, WIDTH};
-use super::ray::{Hit, PreparedRay, Ray};
+use super::bundle::{self, Bounds, Bundle, Question, WIDTH};
+use super::ray::{PreparedRay, Ray};
 use super::traverse::{Found, traverse_with};
 
 #[cfg(target_arch = "x86_64")]
@@ -190,29 +190,24 @@ fn traverse_avx2<const ANY: bool>(tree: &WideTree, ray: PreparedRay) -> Option<F
     traverse_with::<Avx2, ANY>(tree, ray)
 }
 
-/// Finds the closest hits of all rays, `one` that of a single one. `Simd::Avx2` must come from [`Simd::detect`].
-pub(super) fn trace_all(
+/// Asks about all rays, those that go much the same way together. `Simd::Avx2` must come from [`Simd::detect`].
+pub(super) fn trace_all<Q: Question>(
     simd: Simd,
     tree: &WideTree,
     rays: &[Ray],
-    hits: &mut [Option<Hit>],
-    one: impl Fn(&Ray) -> Option<Hit>,
+    question: &Q,
+    answers: &mut [Q::Answer],
 ) {
     match simd {
-        Simd::Portable => bundle::trace::<Portable>(tree, rays, hits, one),
+        Simd::Portable => bundle::trace::<Portable, Q>(tree, rays, question, answers),
         // SAFETY: as for a single ray.
         #[cfg(target_arch = "x86_64")]
-        Simd::Avx2 => unsafe { trace_all_avx2(tree, rays, hits, one) },
+        Simd::Avx2 => unsafe { trace_all_avx2(tree, rays, question, answers) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn trace_all_avx2(
-    tree: &WideTree,
-    rays: &[Ray],
-    hits: &mut [Option<Hit>],
-    one: impl Fn(&Ray) -> Option<Hit>,
-) {
-    bundle::trace::<Avx2>(tree, rays, hits, one);
+fn trace_all_avx2<Q: Question>(tree: &WideTree, rays: &[Ray], question: &Q, answers: &mut [Q::Answer]) {
+    bundle::trace::<Avx2, Q>(tree, rays, question, answers);
 }

@@ -2,7 +2,7 @@
 //! brings to ask neural materials in batches.
 #![allow(missing_docs, reason = "criterion_group makes an undocumented function")]
 
-mod asked_twice;
+mod asked_often;
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -28,7 +28,7 @@ use osculate_sbtf::SilhouetteBtf;
 use osculate_sbtf::file::ModelFile;
 use osculate_sbtf::sampling::Sampler;
 
-use asked_twice::AskedTwice;
+use asked_often::AskedOften;
 
 const SIZE: [u32; 2] = [128, 96];
 
@@ -108,8 +108,8 @@ impl DirectionalCurvature for Field {
     }
 }
 
-/// A torus under the shipped stones, with a sun and an even sky; every question may be asked twice.
-fn stones(filter: FilterKind, twice: bool) -> Scene {
+/// A torus under the shipped stones, with a sun and an even sky; every question of the stones may be asked some times more.
+fn stones(filter: FilterKind, more: u8) -> Scene {
     let (columns, rows) = (240, 120);
     let mesh = Arc::new(shapes::torus_with_uv(1.0, 0.45, columns, rows));
     let surface = Surface::new(&mesh, Weld::Exact).into_owned();
@@ -120,7 +120,7 @@ fn stones(filter: FilterKind, twice: bool) -> Scene {
     let depth = model.model.architecture.depth;
     let stone = osculate_sbtf::infer::Material::new(&model.model);
     let btf: Arc<dyn SilhouetteBtf + Send + Sync> =
-        if twice { Arc::new(AskedTwice(stone)) } else { Arc::new(stone) };
+        if more > 0 { Arc::new(AskedOften { material: stone, more }) } else { Arc::new(stone) };
     let silhouette = SilhouetteMaterial {
         btf,
         depth,
@@ -156,7 +156,7 @@ fn bench_queries(c: &mut Criterion) {
         ("1024 side by side, two threads", Queries::Batched { paths: 1024 }, 2),
     ];
     for filter in [FilterKind::Chord, FilterKind::BakedChord, FilterKind::Point] {
-        let (filter, scene) = (filter.name(), stones(filter, false));
+        let (filter, scene) = (filter.name(), stones(filter, 0));
         for (name, queries, threads) in ways {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let options = RenderOptions { stop: StopRule::Samples(8), queries, ..RenderOptions::default() };
@@ -167,13 +167,14 @@ fn bench_queries(c: &mut Criterion) {
             });
         }
     }
-    let (scene, twice) = (stones(FilterKind::BakedChord, false), stones(FilterKind::BakedChord, true));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
     for (name, queries) in [("query by query", Queries::Single), ("in batches", Queries::default())] {
-        for (times, scene) in [("once", &scene), ("twice", &twice)] {
-            let options = RenderOptions { stop: StopRule::Samples(8), queries, ..RenderOptions::default() };
-            group.bench_function(format!("asked {times}, {name}"), |b| {
-                b.iter(|| pool.install(|| render(scene, &options, &mut |_| ControlFlow::Continue(()))));
+        for more in [0, 4] {
+            let scene = stones(FilterKind::BakedChord, more);
+            let options = RenderOptions { stop: StopRule::Samples(32), queries, ..RenderOptions::default() };
+            group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1] * 32)));
+            group.bench_function(format!("asked {more} times more, {name}"), |b| {
+                b.iter(|| pool.install(|| render(&scene, &options, &mut |_| ControlFlow::Continue(()))));
             });
         }
     }

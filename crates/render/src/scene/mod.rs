@@ -105,6 +105,12 @@ pub trait DirectionalCurvature: std::fmt::Debug + Send + Sync {
     /// What the filter makes of a ray that comes from `direction`.
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature>;
 
+    /// The same without looking past the point: what [`Filter::Point`](osculate_geom::field::Filter::Point) makes of the ray. All that a build
+    /// without filters has.
+    fn at_point(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
+        self.ask(triangle, barycentrics, direction)
+    }
+
     /// Which filter it is, for the plan; [`FilterKind::Point`] for what does not look past the point.
     fn filter(&self) -> FilterKind {
         FilterKind::Point

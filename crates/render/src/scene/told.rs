@@ -82,15 +82,24 @@ struct Scaled {
     factor: f32,
 }
 
+impl Scaled {
+    fn scaled(&self, answer: RayCurvature) -> RayCurvature {
+        let across = answer.across.map(|kappa| self.factor * kappa);
+        RayCurvature { kappa: self.factor * answer.kappa, across, ..answer }
+    }
+}
+
 impl DirectionalCurvature for Scaled {
     fn along(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<f32> {
         self.field.along(triangle, barycentrics, direction)
     }
 
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
-        let answer = self.field.ask(triangle, barycentrics, direction)?;
-        let across = answer.across.map(|kappa| self.factor * kappa);
-        Some(RayCurvature { kappa: self.factor * answer.kappa, across, ..answer })
+        Some(self.scaled(self.field.ask(triangle, barycentrics, direction)?))
+    }
+
+    fn at_point(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
+        Some(self.scaled(self.field.at_point(triangle, barycentrics, direction)?))
     }
 
     fn filter(&self) -> FilterKind {

@@ -1,4 +1,4 @@
-//! [`trace`]: many paths side by side, one stage after the other, so that materials with silhouettes are asked in batches.
+//! [`trace`]: many paths side by side, one stage after the other, so that rays are traced together and materials with silhouettes are asked in batches.
 //!
 //! What a path draws and adds does not depend on the others: every random number has its dimension, a batch's answers do not
 //! depend on what else is in it, and each path adds up its own light in its own order. So the picture does not depend on how many
@@ -10,6 +10,8 @@
 //! 2. enter the materials in a batch;
 //! 3. draw a light and a direction at every vertex, and ask for the colours of both in a batch;
 //! 4. follow the shadow rays (`passing`), then go on in the drawn direction.
+//!
+//! Every stage is a function of its own, and what it calls for a path is inlined: what a scene does without costs a comparison, whatever else is compiled.
 
 mod batches;
 mod passing;
@@ -85,6 +87,7 @@ struct LightQuery {
 }
 
 /// Traces all paths to their ends.
+#[inline(never)]
 pub(crate) fn trace(
     scene: &Prepared,
     effects: Simulated,
@@ -125,6 +128,7 @@ pub(crate) fn trace(
 }
 
 /// Ends the paths that met a light or nothing, and those that are long enough; the others with what they found.
+#[inline(never)]
 fn arrive(
     cx: Context<'_>,
     paths: &mut [Path],
@@ -169,20 +173,23 @@ impl Path {
 }
 
 /// What is known of those that arrived at ordinary surfaces, in their order.
+#[inline(never)]
 fn surfaces<'a>(
     cx: Context<'a>,
     paths: &[Path],
     arrived: &[(usize, Found)],
     counters: &mut Counters,
 ) -> Vec<Surface<'a>> {
-    let ordinary = arrived.iter().filter(|(_, found)| found.point.is_none());
-    let at = |(path, found): &(usize, Found)| {
-        surface_at(cx.scene, cx.effects, &found.hit, -paths[*path].ray.direction, counters)
-    };
-    ordinary.map(at).collect()
+    let mut surfaces = Vec::with_capacity(arrived.len());
+    for (path, found) in arrived.iter().filter(|(_, found)| found.point.is_none()) {
+        let wo = -paths[*path].ray.direction;
+        surfaces.push(surface_at(cx.scene, cx.effects, &found.hit, wo, counters));
+    }
+    surfaces
 }
 
 /// The vertices where paths arrived.
+#[inline(never)]
 fn vertices<'v>(
     cx: Context<'_>,
     arrived: &[(usize, Found)],
@@ -196,16 +203,19 @@ fn vertices<'v>(
     let silhouettes =
         entered.into_iter().zip(entries).map(|(point, entry)| Vertex::Silhouette(point.entered(entry)));
     let (mut silhouettes, mut surfaces) = (silhouettes, surfaces.iter().map(Vertex::Surface));
-    let node = |(path, found): &(usize, Found)| {
-        let vertex = if found.point.is_some() { silhouettes.next() } else { surfaces.next() }?;
+    let mut nodes = Vec::with_capacity(arrived.len());
+    for (path, found) in arrived {
+        let vertex = if found.point.is_some() { silhouettes.next() } else { surfaces.next() };
+        let Some(vertex) = vertex else { continue };
         let receiver = vertex.receiver();
         let importance = light_importance(cx.scene, cx.effects, &receiver);
-        Some(Node { path: *path, vertex, receiver, importance, light: None, next: None })
-    };
-    arrived.iter().filter_map(node).collect()
+        nodes.push(Node { path: *path, vertex, receiver, importance, light: None, next: None });
+    }
+    nodes
 }
 
 /// Draws a light and, if paths go on, a direction at every vertex, and evaluates the surfaces for both.
+#[inline(never)]
 fn draw(
     cx: Context<'_>,
     paths: &mut [Path],
@@ -273,6 +283,7 @@ impl Node<'_> {
 }
 
 /// Adds the light of the lights that were drawn, as far as it gets there.
+#[inline(never)]
 fn light(
     cx: Context<'_>,
     paths: &mut [Path],
@@ -299,6 +310,7 @@ fn light(
 }
 
 /// Turns paths into their next direction; returns those that go on.
+#[inline(never)]
 fn go_on(paths: &mut [Path], nodes: &[Node<'_>], depth: u32) -> Vec<usize> {
     let mut active = Vec::with_capacity(nodes.len());
     for node in nodes {
@@ -316,6 +328,7 @@ fn go_on(paths: &mut [Path], nodes: &[Node<'_>], depth: u32) -> Vec<usize> {
 }
 
 /// Light along rays that only look for lights.
+#[inline(never)]
 fn look_for_lights(
     cx: Context<'_>,
     paths: &mut [Path],

@@ -28,6 +28,7 @@ pub(super) struct Found {
 
 /// For each of these paths the next hit that is not passed through. Moves the rays' origins to where the last passed surface was, and adds all
 /// points with silhouettes that were met to `points`.
+#[inline(never)]
 pub(super) fn next_surfaces<'a>(
     cx: Context<'a>,
     paths: &mut [Path],
@@ -37,9 +38,12 @@ pub(super) fn next_surfaces<'a>(
     counters: &mut Counters,
 ) -> Vec<Option<Found>> {
     counters.rays += active.len() as u64;
+    let hits = cx.scene.geometry.closest_hits(active.iter().map(|&path| paths[path].ray));
+    if !cx.effects.pass_through() {
+        return hits.into_iter().map(|hit| Some(Found { hit: hit?, point: None })).collect();
+    }
     let mut found: Vec<Option<Found>> = Vec::new();
     found.resize_with(active.len(), || None);
-    let hits = cx.scene.geometry.closest_hits(active.iter().map(|&path| paths[path].ray));
     let first = |((slot, &path), hit): ((usize, &usize), Option<Hit>)| {
         Some(Passing { slot, path, hit: hit?, chance: paths[path].sampler.next_1d() })
     };
@@ -86,6 +90,7 @@ impl Shadow {
 }
 
 /// Follows shadow rays to their lights.
+#[inline(never)]
 pub(super) fn transmittances(
     cx: Context<'_>,
     shadows: &mut [Shadow],
@@ -93,6 +98,14 @@ pub(super) fn transmittances(
     counters: &mut Counters,
 ) {
     counters.shadow_rays += shadows.len() as u64;
+    if !cx.effects.shadow_pass_through() {
+        let stopped = cx.scene.geometry.any_hits(shadows.iter().map(|shadow| shadow.ray));
+        shadows
+            .iter_mut()
+            .zip(stopped)
+            .for_each(|(shadow, stopped)| shadow.left = if stopped { 0.0 } else { 1.0 });
+        return;
+    }
     let hits = cx.scene.geometry.closest_hits(shadows.iter().map(|shadow| shadow.ray));
     let first = |(k, hit): (usize, Option<Hit>)| Some((k, hit?));
     let mut pending: Vec<(usize, Hit)> = hits.into_iter().enumerate().filter_map(first).collect();

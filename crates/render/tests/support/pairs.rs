@@ -256,6 +256,17 @@ struct Field {
     walk: WalkLength,
 }
 
+impl Field {
+    /// What a filter makes of a ray that comes from this direction.
+    #[allow(clippy::cast_possible_truncation, reason = "rendering is f32")]
+    fn filtered_by(&self, filter: &Filter, point: SurfacePoint, direction: Vec3) -> Option<RayCurvature> {
+        let query = FilterQuery { point, w: widen(direction), length: self.walk };
+        let answer = filter.ask(&self.field, &query)?;
+        let uv_rate = answer.uv_rate.map(|rate| rate.map(|q| q as f32));
+        Some(RayCurvature { kappa: answer.kappa as f32, across: Some(answer.across as f32), uv_rate })
+    }
+}
+
 fn widen(v: Vec3) -> Vec3d {
     Vec3d::new(v.x.into(), v.y.into(), v.z.into()).normalize()
 }
@@ -271,11 +282,11 @@ impl DirectionalCurvature for Field {
     }
 
     fn ask(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
-        let point = point(triangle, barycentrics);
-        let query = FilterQuery { point, w: widen(direction), length: self.walk };
-        let answer = self.filter.ask(&self.field, &query)?;
-        let uv_rate = answer.uv_rate.map(|rate| rate.map(|q| q as f32));
-        Some(RayCurvature { kappa: answer.kappa as f32, across: Some(answer.across as f32), uv_rate })
+        self.filtered_by(&self.filter, point(triangle, barycentrics), direction)
+    }
+
+    fn at_point(&self, triangle: usize, barycentrics: [f32; 3], direction: Vec3) -> Option<RayCurvature> {
+        self.filtered_by(&Filter::Point, point(triangle, barycentrics), direction)
     }
 
     fn filter(&self) -> FilterKind {

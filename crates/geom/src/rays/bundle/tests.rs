@@ -18,6 +18,9 @@ fn check(bvh: &Bvh, rays: &[Ray]) -> usize {
             assert_eq!(hit, expected, "{simd:?}, {ray:?}");
         }
     }
+    let mut any = vec![false; rays.len()];
+    bvh.any_hits(rays, &mut any);
+    assert!(any.iter().zip(&alone).all(|(any, hit)| *any == hit.is_some()), "{any:?}");
     alone.iter().flatten().count()
 }
 
