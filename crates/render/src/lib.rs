@@ -83,7 +83,7 @@ pub use lighting::Strategy;
 pub use lights::{Environment, EnvironmentImage, Light, RectangleLight};
 pub use masks::{Mask, coverage};
 pub use plan::{Decision, EffectPlan, ObjectDecision, plan};
-pub use prepared::{FARTHEST, SceneError};
+pub use prepared::{FARTHEST, SMALLEST, SceneError};
 pub use present::EFFECTS;
 pub use render::{Frame, Progress, Queries, RenderOptions, Rendering, StopRule, render, render_frames};
 pub use sampler::SamplerKind;

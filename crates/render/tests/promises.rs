@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,7 +12,7 @@ use osculate_render::output::{ExrLayer, exr_bytes, read_exr};
 use osculate_render::scene::{MeshSource, PreviewOptions, SceneFile};
 use osculate_render::{
     Effects, Environment, Light, Material, MeshInstance, RectangleLight, RenderOptions, Rendering, Scene,
-    StopRule, Strategy, plan,
+    StopRule, Strategy, plan, render,
 };
 use support::{independent, object, plane, run, scene, sphere};
 
@@ -215,6 +216,30 @@ fn scene_files_are_checked_key_by_key() {
     let scene = build(text).unwrap();
     assert_eq!((scene.width, scene.lights.len(), scene.objects.len()), (8, 1, 0));
     run(&scene, &RenderOptions { stop: StopRule::Samples(2), ..RenderOptions::default() });
+}
+
+/// Lights of smaller ones would be wrong.
+#[test]
+fn scenes_that_are_too_small_are_refused_by_size() {
+    let scaled = |ball: &MeshInstance, scale: f32| {
+        let mut ball = ball.clone();
+        ball.placement.scale = scale;
+        ball
+    };
+    let ball = |scale: f32| scaled(&object(sphere(8), Material::default()), scale);
+    let found = |objects: Vec<MeshInstance>| {
+        let scene = scene(objects, 8, Vec3::new(0.0, 0.0, 1.0), Vec3::ZERO, 30.0);
+        render(&scene, &RenderOptions::default(), &mut |_| ControlFlow::Continue(())).map(|_| ())
+    };
+    let one = ball(0.9e-13);
+    for objects in [vec![one.clone()], vec![scaled(&one, 0.5e-13), one]] {
+        let message = found(objects).expect_err("too small").to_string();
+        assert!(message.contains("beyond 9e-14") && message.contains("down to 1e-13"), "{message}");
+    }
+    // Small ones in larger scenes, and those that are points at the origin, are only invisible.
+    for objects in [vec![ball(1.1e-13)], vec![ball(1e-20), ball(1.0)], vec![]] {
+        found(objects).unwrap();
+    }
 }
 
 #[test]

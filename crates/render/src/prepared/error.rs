@@ -28,6 +28,15 @@ pub enum SceneError {
         /// Where it is.
         position: [f64; 3],
     },
+    /// No coordinate of any subject is as large as [`SMALLEST`](super::SMALLEST).
+    #[error(
+        "no coordinate of the scene's objects is beyond {reach:e}; pictures are made in single precision, which reaches down to {:e}: use a smaller unit",
+        crate::SMALLEST
+    )]
+    TooSmall {
+        /// The largest.
+        reach: f32,
+    },
     /// Curvature that belongs to another mesh.
     #[error("object {object}: curvature of {found} vertices for a mesh of {vertices}")]
     CurvatureLength {

@@ -8,7 +8,7 @@ use osculate_geom::mesh::{Weld, smooth_normals};
 use osculate_geom::rays::{Bvh, to_f32};
 use osculate_geom::{Mesh, Vec3 as Vec3d};
 
-use super::{FARTHEST, SceneError};
+use super::{FARTHEST, SMALLEST, SceneError};
 use crate::geometry::Placed;
 use crate::scene::{Material, MeshInstance, Placement, Role, Scene, SurfaceSource};
 
@@ -45,14 +45,31 @@ pub(super) struct Builder {
     pub material_of: Vec<u32>,
     pub materials: Vec<Material>,
     pub object_starts: Vec<(usize, usize)>,
+    /// How far subjects reach from the origin; `None` without any.
+    reach: Option<f32>,
 }
 
 impl Builder {
+    fn note(&mut self, object: &MeshInstance, reach: f32) {
+        if object.role == Role::Subject {
+            self.reach = Some(self.reach.map_or(reach, |most| most.max(reach)));
+        }
+    }
+
+    /// Refuses scenes whose subjects are too small.
+    pub fn check_size(&self) -> Result<(), SceneError> {
+        match self.reach {
+            Some(reach) if reach > 0.0 && reach < SMALLEST => Err(SceneError::TooSmall { reach }),
+            _ => Ok(()),
+        }
+    }
+
     /// Rows of an object that is alone with its mesh.
     pub fn add(&mut self, index: usize, object: &MeshInstance) -> Result<(), SceneError> {
         check(index, object)?;
         self.object_starts.push((self.indices.len(), index));
         let corners = self.add_rows(index, object, &object.placement)?;
+        self.note(object, corners.iter().flatten().map(|p| p.abs().max_element()).fold(0.0, f32::max));
         self.triangles.extend(corners);
         self.add_materials(index, object)
     }
@@ -89,6 +106,7 @@ impl Builder {
             {
                 return Err(SceneError::TooFar { object: index, vertex: 0, position });
             }
+            self.note(object, reach);
             let material = match &object.surface {
                 SurfaceSource::Mesh => None,
                 SurfaceSource::Material(material) => Some(self.push_material(material.clone())),
