@@ -61,6 +61,7 @@ impl Texture {
         clippy::cast_sign_loss,
         reason = "coordinates are wrapped into the image first"
     )]
+    // So that scenes without textures do not pay for its registers.
     #[inline(never)]
     pub fn lookup(&self, uv: [f32; 2]) -> Vec3 {
         // A UV that is not finite looks up the corner: NaN as an index is 0.

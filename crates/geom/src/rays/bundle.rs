@@ -243,24 +243,15 @@ impl Lead {
     }
 }
 
-/// What is wanted of rays.
-pub(super) trait Question {
-    type Answer;
-
-    /// Of a ray on its own.
-    fn of_one(&self, ray: &Ray) -> Self::Answer;
-
-    /// Of a ray that was traced with others, from its closest hit.
-    fn of_hit(hit: Option<Hit>) -> Self::Answer;
-}
-
-/// Asks about all rays, in bundles where they make some.
+/// Asks about all rays, in bundles where they make some: `of_one` about a ray on its own, `of_hit` about one that was traced with others, from its
+/// closest hit.
 #[inline(always)]
-pub(super) fn trace<K: Kernel, Q: Question>(
+pub(super) fn trace<K: Kernel, T>(
     tree: &WideTree,
     rays: &[Ray],
-    question: &Q,
-    answers: &mut [Q::Answer],
+    answers: &mut [T],
+    of_one: impl Fn(&Ray) -> T,
+    of_hit: impl Fn(Option<Hit>) -> T,
 ) {
     let is_shallow = tree.stack_size <= SMALL_STACK && !tree.nodes.is_empty();
     let mut stack = [NO_ENTRY; SMALL_STACK];
@@ -273,11 +264,11 @@ pub(super) fn trace<K: Kernel, Q: Question>(
             && bundle.walk::<K>(tree, &mut stack)
         {
             for (lane, answer) in answers.iter_mut().enumerate() {
-                *answer = Q::of_hit(bundle.hit(lane));
+                *answer = of_hit(bundle.hit(lane));
             }
         } else {
             for (ray, answer) in rays.iter().zip(answers) {
-                *answer = question.of_one(ray);
+                *answer = of_one(ray);
             }
         }
     }

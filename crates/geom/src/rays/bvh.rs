@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::build::{WideTree, build};
-use super::bundle::Question;
 use super::kernels::{Simd, trace_all, traverse};
 use super::ray::{Hit, PreparedRay, Ray};
 use super::surface_point::SurfacePoint;
@@ -79,7 +78,7 @@ impl Bvh {
     }
 
     pub(super) fn closest_hits_with(&self, simd: Simd, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        trace_all(simd, &self.tree, rays, &Closest(self), hits);
+        trace_all(simd, &self.tree, rays, hits, |ray| self.closest_hit(ray), |hit| hit);
     }
 
     /// Whether the ray meets any triangle at `0 < t <= t_max`.
@@ -95,7 +94,7 @@ impl Bvh {
     /// If there are not as many answers as rays.
     pub fn any_hits(&self, rays: &[Ray], any: &mut [bool]) {
         assert_eq!(rays.len(), any.len(), "an answer for every ray");
-        trace_all(self.simd, &self.tree, rays, &Any(self), any);
+        trace_all(self.simd, &self.tree, rays, any, |ray| self.any_hit(ray), |hit| hit.is_some());
     }
 
     /// The point of a hit, with its error bound and the triangle's normal.
@@ -106,36 +105,6 @@ impl Bvh {
     #[must_use]
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         SurfacePoint::new(self.triangles[hit.triangle as usize], hit.barycentrics)
-    }
-}
-
-/// For the closest hit.
-struct Closest<'a>(&'a Bvh);
-
-impl Question for Closest<'_> {
-    type Answer = Option<Hit>;
-
-    fn of_one(&self, ray: &Ray) -> Option<Hit> {
-        self.0.closest_hit(ray)
-    }
-
-    fn of_hit(hit: Option<Hit>) -> Option<Hit> {
-        hit
-    }
-}
-
-/// Whether anything is hit.
-struct Any<'a>(&'a Bvh);
-
-impl Question for Any<'_> {
-    type Answer = bool;
-
-    fn of_one(&self, ray: &Ray) -> bool {
-        self.0.any_hit(ray)
-    }
-
-    fn of_hit(hit: Option<Hit>) -> bool {
-        hit.is_some()
     }
 }
 

@@ -9,8 +9,8 @@
 mod avx2;
 
 use super::build::WideTree;
-use super::bundle::{self, Bounds, Bundle, Question, WIDTH};
-use super::ray::{PreparedRay, Ray};
+use super::bundle::{self, Bounds, Bundle, WIDTH};
+use super::ray::{Hit, PreparedRay, Ray};
 use super::traverse::{Found, traverse_with};
 
 #[cfg(target_arch = "x86_64")]
@@ -191,23 +191,30 @@ fn traverse_avx2<const ANY: bool>(tree: &WideTree, ray: PreparedRay) -> Option<F
 }
 
 /// Asks about all rays, those that go much the same way together. `Simd::Avx2` must come from [`Simd::detect`].
-pub(super) fn trace_all<Q: Question>(
+pub(super) fn trace_all<T>(
     simd: Simd,
     tree: &WideTree,
     rays: &[Ray],
-    question: &Q,
-    answers: &mut [Q::Answer],
+    answers: &mut [T],
+    of_one: impl Fn(&Ray) -> T,
+    of_hit: impl Fn(Option<Hit>) -> T,
 ) {
     match simd {
-        Simd::Portable => bundle::trace::<Portable, Q>(tree, rays, question, answers),
+        Simd::Portable => bundle::trace::<Portable, T>(tree, rays, answers, of_one, of_hit),
         // SAFETY: as for a single ray.
         #[cfg(target_arch = "x86_64")]
-        Simd::Avx2 => unsafe { trace_all_avx2(tree, rays, question, answers) },
+        Simd::Avx2 => unsafe { trace_all_avx2(tree, rays, answers, of_one, of_hit) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-fn trace_all_avx2<Q: Question>(tree: &WideTree, rays: &[Ray], question: &Q, answers: &mut [Q::Answer]) {
-    bundle::trace::<Avx2, Q>(tree, rays, question, answers);
+fn trace_all_avx2<T>(
+    tree: &WideTree,
+    rays: &[Ray],
+    answers: &mut [T],
+    of_one: impl Fn(&Ray) -> T,
+    of_hit: impl Fn(Option<Hit>) -> T,
+) {
+    bundle::trace::<Avx2, T>(tree, rays, answers, of_one, of_hit);
 }

@@ -45,23 +45,21 @@ pub(super) struct Builder {
     pub material_of: Vec<u32>,
     pub materials: Vec<Material>,
     pub object_starts: Vec<(usize, usize)>,
-    /// How far subjects reach from the origin; `None` without any.
-    reach: Option<f32>,
+    /// How far subjects reach from the origin.
+    reach: f32,
 }
 
 impl Builder {
     fn note(&mut self, object: &MeshInstance, reach: f32) {
         if object.role == Role::Subject {
-            self.reach = Some(self.reach.map_or(reach, |most| most.max(reach)));
+            self.reach = self.reach.max(reach);
         }
     }
 
-    /// Refuses scenes whose subjects are too small.
+    /// Refuses scenes whose subjects are too small, but for points at the origin.
     pub fn check_size(&self) -> Result<(), SceneError> {
-        match self.reach {
-            Some(reach) if reach > 0.0 && reach < SMALLEST => Err(SceneError::TooSmall { reach }),
-            _ => Ok(()),
-        }
+        let reach = self.reach;
+        if reach > 0.0 && reach < SMALLEST { Err(SceneError::TooSmall { reach }) } else { Ok(()) }
     }
 
     /// Rows of an object that is alone with its mesh.
